@@ -1,6 +1,7 @@
 //! What every device can be asked by a person or a program, whatever its bus. A face (panel, command, metrics, documents)
 //! shows what a device says here, and knows no device.
 
+mod bits;
 pub mod description;
 mod drive_state;
 mod event;
@@ -11,6 +12,7 @@ mod why;
 #[cfg(test)]
 pub(crate) use quirk::check;
 
+pub(crate) use bits::bits_of_word;
 pub use description::Description;
 pub use drive_state::DriveState;
 pub use event::{Again, ErrorKind, EventKind};

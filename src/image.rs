@@ -86,7 +86,7 @@ pub struct ProductName {
 
 impl ProductName {
     /// The most octets; what is longer is cut off.
-    pub const MAX_LEN: usize = 32;
+    pub(crate) const MAX_LEN: usize = 32;
 
     /// This name.
     pub(crate) fn new(name: &str) -> Self {

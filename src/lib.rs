@@ -112,6 +112,11 @@
 //! * `cli`: the command.
 #![cfg_attr(not(any(feature = "std", test)), no_std)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
+// With these features every layer is in use, and the compiler says what nobody needs.
+#![cfg_attr(
+    not(all(feature = "cli", feature = "embedded-io", feature = "embedded-io-async")),
+    allow(dead_code, unused_imports)
+)]
 
 pub mod time;
 

@@ -76,7 +76,7 @@ impl fmt::Display for Instant {
 }
 
 /// A duration in whole nanoseconds, saturating after 584 years.
-pub const fn nanos(duration: Duration) -> u64 {
+pub(crate) const fn nanos(duration: Duration) -> u64 {
     duration.as_secs().saturating_mul(1_000_000_000).saturating_add(duration.subsec_nanos() as u64)
 }
 

@@ -96,19 +96,4 @@ pub enum Breach {
     },
 }
 
-impl Breach {
-    /// When it was.
-    pub const fn at(&self) -> Instant {
-        match self {
-            Self::Collision { at, .. }
-            | Self::NoSyn { at, .. }
-            | Self::NoSlotTime { at, .. }
-            | Self::Unasked { at }
-            | Self::WrongStation { at, .. }
-            | Self::TooEarly { at, .. }
-            | Self::TooLate { at, .. }
-            | Self::NoTelegram { at, .. }
-            | Self::WrongRate { at, .. } => *at,
-        }
-    }
-}
+impl Breach {}

@@ -81,7 +81,7 @@ pub struct Request<'a> {
 
 impl Passed {
     /// The telegram, if it is a whole and sound one.
-    pub fn telegram(&self) -> Option<Telegram<'_>> {
+    pub(crate) fn telegram(&self) -> Option<Telegram<'_>> {
         match (self.damage, decode(&self.octets)) {
             (Damage::None, Decoded::Telegram { telegram, len }) if len == self.octets.len() => Some(telegram),
             (_, Decoded::Telegram { .. } | Decoded::Incomplete | Decoded::Invalid { .. }) => None,

@@ -27,7 +27,7 @@ impl<M: Master> Line<M> {
     }
 
     /// The first bus, which is there from now on.
-    pub fn stations(&mut self) -> &mut Bus {
+    pub(crate) fn stations(&mut self) -> &mut Bus {
         if self.buses.is_empty() {
             self.buses.push(Bus::on(self.baud, Timing::True));
         }
@@ -61,7 +61,7 @@ impl<M: Master> Line<M> {
     }
 
     /// The station at `address`, if there is one and it is a `T`.
-    pub fn station<T: Participant>(&self, address: u8) -> Option<&T> {
+    pub(crate) fn station<T: Participant>(&self, address: u8) -> Option<&T> {
         let address = Address::station(address).ok()?;
         self.buses.iter().find_map(|bus| bus.station(address))
     }
@@ -105,18 +105,8 @@ impl<M: Master> Line<M> {
         Ok(())
     }
 
-    /// The faults on the line, and how often each has acted.
-    pub const fn faults(&self) -> &Faults {
-        &self.faults
-    }
-
-    /// The faults on the line, to change them one by one.
-    pub const fn faults_mut(&mut self) -> &mut Faults {
-        &mut self.faults
-    }
-
     /// The first bus and the faults on the line, both to be changed.
-    pub fn stations_and_faults(&mut self) -> (&mut Bus, &mut Faults) {
+    pub(crate) fn stations_and_faults(&mut self) -> (&mut Bus, &mut Faults) {
         self.stations();
         match &mut self.buses[..] {
             [first, ..] => (first, &mut self.faults),

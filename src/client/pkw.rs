@@ -160,7 +160,7 @@ impl PkwClient {
     }
 
     /// How the drive is asked.
-    pub const fn profile(&self) -> &Profile {
+    pub(crate) const fn profile(&self) -> &Profile {
         &self.profile
     }
 

@@ -114,7 +114,7 @@ impl PpoClient {
     }
 
     /// The PPO.
-    pub const fn kind(&self) -> PpoType {
+    pub(crate) const fn kind(&self) -> PpoType {
         self.kind
     }
 
@@ -131,7 +131,7 @@ impl PpoClient {
     /// # Errors
     /// [`NotSubmitted`] as from [`PkwClient::submit`]; with PPO 3 and 4, which have no parameter channel,
     /// [`NotSubmitted::NoSuchJob`].
-    pub fn submit(&mut self, now: Instant, job: Job) -> Result<(), NotSubmitted> {
+    pub(crate) fn submit(&mut self, now: Instant, job: Job) -> Result<(), NotSubmitted> {
         if !self.kind.has_pkw() {
             return Err(NotSubmitted::NoSuchJob { job });
         }
@@ -169,7 +169,7 @@ impl PpoClient {
 
     /// The drive may have seen other outputs than [`outputs`](Self::outputs) gave, or none. Must be called before the next
     /// exchange.
-    pub fn handle_data_exchange_lost(&mut self) {
+    pub(crate) fn handle_data_exchange_lost(&mut self) {
         self.channel.handle_data_exchange_lost();
         self.command(OFF1);
         self.seen = None;
@@ -213,22 +213,22 @@ impl PpoClient {
 
     /// How the job of [`submit`](Self::submit) ended; once for each job.
     #[must_use]
-    pub fn poll_job(&mut self) -> Option<Outcome> {
+    pub(crate) fn poll_job(&mut self) -> Option<Outcome> {
         self.channel.poll_outcome()
     }
 
     /// The control word that is sent.
-    pub const fn stw(&self) -> Stw {
+    pub(crate) const fn stw(&self) -> Stw {
         self.stw
     }
 
     /// The last status word; `None` without Data_Exchange.
-    pub fn zsw(&self) -> Option<Zsw> {
+    pub(crate) fn zsw(&self) -> Option<Zsw> {
         self.seen.map(|seen| seen.zsw)
     }
 
     /// The last actual value: 4000h is 100 % of the reference speed; 0 without Data_Exchange.
-    pub fn actual(&self) -> i16 {
+    pub(crate) fn actual(&self) -> i16 {
         self.seen.map_or(0, |seen| seen.actual)
     }
 

@@ -42,7 +42,7 @@ impl CanopenEvent {
     }
 
     /// Whether a log leaves it out unless asked for more: a master may cause as many as it likes.
-    pub const fn is_detail(&self) -> bool {
+    pub(crate) const fn is_detail(&self) -> bool {
         match self {
             Self::Node(event) => matches!(event, canopen::Event::Written { .. }),
             Self::Ag03(event) => event.is_detail(),

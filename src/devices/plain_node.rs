@@ -24,11 +24,6 @@ impl<A: Application + Surroundings> PlainNode<A> {
         Self { node: Node::new(policy).with_memory(memory), application }
     }
 
-    /// What is behind the node, to look at.
-    pub const fn application(&self) -> &A {
-        &self.application
-    }
-
     /// Does something to what is behind the node; what changes is sent as the mappings say.
     fn act<R>(&mut self, now: Instant, act: impl FnOnce(&mut A) -> R) -> R {
         let result = act(&mut self.application);

@@ -29,7 +29,7 @@ pub struct Vocabulary {
 }
 
 /// The bits of 1001h in CiA 301.
-pub const REGISTER: [&str; 8] = [
+pub(crate) const REGISTER: [&str; 8] = [
     "generic error",
     "current",
     "voltage",
@@ -42,7 +42,7 @@ pub const REGISTER: [&str; 8] = [
 
 /// What CiA 301 and CiA 402 say of any device: the communication objects, the words of the state machine, and the PDOs 1, 3
 /// and 4 of a drive.
-pub const CIA_402: Vocabulary = Vocabulary {
+pub(crate) const CIA_402: Vocabulary = Vocabulary {
     name: "CiA 402",
     objects: OBJECTS,
     complete: false,
@@ -54,7 +54,7 @@ pub const CIA_402: Vocabulary = Vocabulary {
 };
 
 /// The bits of 6040h and 6041h as CiA 402 has them.
-pub fn cia_402_bits(at: Address, mode: i64) -> Option<[&'static str; 16]> {
+pub(crate) fn cia_402_bits(at: Address, mode: i64) -> Option<[&'static str; 16]> {
     let mode = i8::try_from(mode).ok().and_then(Mode::of);
     match at.pair() {
         (0x6040, 0) => Some(Controlword::names(mode)),
@@ -64,7 +64,7 @@ pub fn cia_402_bits(at: Address, mode: i64) -> Option<[&'static str; 16]> {
 }
 
 /// The modes of operation of CiA 402.
-pub fn cia_402_choice(at: Address, number: i64) -> Option<&'static str> {
+pub(crate) fn cia_402_choice(at: Address, number: i64) -> Option<&'static str> {
     if !matches!(at.pair(), (0x6060 | 0x6061, 0)) {
         return None;
     }
@@ -78,7 +78,7 @@ pub fn cia_402_choice(at: Address, number: i64) -> Option<&'static str> {
 }
 
 /// The class of an EMCY code in CiA 301.
-pub const fn cia_301_emcy(code: u16) -> &'static str {
+pub(crate) const fn cia_301_emcy(code: u16) -> &'static str {
     match code {
         0x0000..=0x00FF => "no error, or an error is gone",
         0x0100..=0x10FF => "generic error",

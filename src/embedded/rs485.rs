@@ -34,11 +34,6 @@ impl<U, P: OutputPin> Rs485<U, P> {
         direction.set_low()?;
         Ok(Self { uart, direction })
     }
-
-    /// The UART and the pin.
-    pub fn release(self) -> (U, P) {
-        (self.uart, self.direction)
-    }
 }
 
 /// For transceivers that find the direction by themselves, and UARTs that set the pin in hardware.

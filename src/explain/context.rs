@@ -64,7 +64,7 @@ impl Context {
     }
 
     /// A context for the words of one drive that is known: those without a telegram around them.
-    pub fn of_drive(model: Model, mode: Mode, lengths: Lengths) -> Self {
+    pub(crate) fn of_drive(model: Model, mode: Mode, lengths: Lengths) -> Self {
         let bare = Learned { heard: Some(mode), lengths, model: Some(model), ..Learned::default() };
         Self { bare, ..Self::default() }
     }
@@ -79,7 +79,7 @@ impl Context {
     /// and what positions are counted in; and its model. What is heard later counts again. What an AG03 refuses is then
     /// a [`Mistake`](super::Mark::Mistake) of who sends it there; of other stations it is at most a hint, until they say
     /// their Ident_Number in a diagnosis.
-    pub fn know(&mut self, station: Address, model: Model, mode: Mode, lengths: Lengths) {
+    pub(crate) fn know(&mut self, station: Address, model: Model, mode: Mode, lengths: Lengths) {
         let learned = self.stations.entry(station.number()).or_default();
         learned.model = Some(model);
         learned.heard = Some(mode);
@@ -89,7 +89,7 @@ impl Context {
 
     /// Takes the Ident_Number of a station from who knows it, until the station says its own: words of other devices are
     /// not taken for those of these drives.
-    pub fn know_ident(&mut self, station: Address, ident: u16) {
+    pub(crate) fn know_ident(&mut self, station: Address, ident: u16) {
         self.stations.entry(station.number()).or_default().own_ident = Some(ident);
     }
 

@@ -70,7 +70,7 @@ pub enum Mark {
 
 impl Field {
     /// A field over `len` octets from `at` on.
-    pub fn new(
+    pub(crate) fn new(
         name: impl Into<String>,
         at: usize,
         len: usize,
@@ -82,22 +82,27 @@ impl Field {
     }
 
     /// One octet.
-    pub fn octet(name: impl Into<String>, at: usize, value: u8, meaning: impl Into<String>) -> Self {
+    pub(crate) fn octet(name: impl Into<String>, at: usize, value: u8, meaning: impl Into<String>) -> Self {
         Self::new(name, at, 1, format!("{value:02X}"), meaning)
     }
 
     /// A big-endian word.
-    pub fn word(name: impl Into<String>, at: usize, value: u16, meaning: impl Into<String>) -> Self {
+    pub(crate) fn word(name: impl Into<String>, at: usize, value: u16, meaning: impl Into<String>) -> Self {
         Self::new(name, at, 2, format!("{value:04X}"), meaning)
     }
 
     /// Any number of octets.
-    pub fn octets(name: impl Into<String>, at: usize, octets: &[u8], meaning: impl Into<String>) -> Self {
+    pub(crate) fn octets(
+        name: impl Into<String>,
+        at: usize,
+        octets: &[u8],
+        meaning: impl Into<String>,
+    ) -> Self {
         Self::new(name, at, octets.len(), hex(octets), meaning)
     }
 
     /// Bits of the octet or word `value`, of which the whole is `len` octets.
-    pub fn bits(
+    pub(crate) fn bits(
         name: impl Into<String>,
         (at, len): (usize, usize),
         bits: Bits,
@@ -110,7 +115,7 @@ impl Field {
     }
 
     /// One bit of the octet `value` at `at`.
-    pub fn bit(
+    pub(crate) fn bit(
         name: impl Into<String>,
         at: usize,
         bit: u8,
@@ -125,44 +130,44 @@ impl Field {
 
     /// The same with these parts.
     #[must_use]
-    pub fn with(mut self, fields: Vec<Self>) -> Self {
+    pub(crate) fn with(mut self, fields: Vec<Self>) -> Self {
         self.fields = fields;
         self
     }
 
     /// The same, marked if it is not marked higher.
     #[must_use]
-    pub fn marked(mut self, mark: Mark) -> Self {
+    pub(crate) fn marked(mut self, mark: Mark) -> Self {
         self.mark = self.mark.max(mark);
         self
     }
 
     /// The same, marked `mark` if `applies`.
     #[must_use]
-    pub fn marked_if(self, mark: Mark, applies: bool) -> Self {
+    pub(crate) fn marked_if(self, mark: Mark, applies: bool) -> Self {
         if applies { self.marked(mark) } else { self }
     }
 
     /// The same with a hint.
     #[must_use]
-    pub fn hinted(mut self, hint: impl ToString) -> Self {
+    pub(crate) fn hinted(mut self, hint: impl ToString) -> Self {
         self.hints.push(hint.to_string());
         self
     }
 
     /// The same with a hint that says what is a mistake about it.
     #[must_use]
-    pub fn mistaken(self, hint: impl ToString) -> Self {
+    pub(crate) fn mistaken(self, hint: impl ToString) -> Self {
         self.marked(Mark::Mistake).hinted(hint)
     }
 
     /// The highest mark of the field and all within it.
-    pub fn worst(&self) -> Mark {
+    pub(crate) fn worst(&self) -> Mark {
         self.fields.iter().map(Self::worst).fold(self.mark, Mark::max)
     }
 
     /// The field and all within it, from the outside in.
-    pub fn walk<'a>(&'a self, visit: &mut dyn FnMut(usize, &'a Self)) {
+    pub(crate) fn walk<'a>(&'a self, visit: &mut dyn FnMut(usize, &'a Self)) {
         self.walk_at(0, visit);
     }
 

@@ -140,14 +140,14 @@ impl Explanation {
     }
 
     /// Every hint, in the order of the fields.
-    pub fn hints(&self) -> Vec<&str> {
+    pub(crate) fn hints(&self) -> Vec<&str> {
         let mut hints = Vec::new();
         self.walk(&mut |_, field| hints.extend(field.hints.iter().map(String::as_str)));
         hints
     }
 
     /// Visits every field from the outside in, with its depth.
-    pub fn walk<'a>(&'a self, visit: &mut dyn FnMut(usize, &'a Field)) {
+    pub(crate) fn walk<'a>(&'a self, visit: &mut dyn FnMut(usize, &'a Field)) {
         for field in &self.fields {
             field.walk(visit);
         }

@@ -23,7 +23,7 @@ pub fn in_words(entry: &Entry, value: Value, lengths: Lengths) -> String {
 }
 
 /// An element of the fault buffer, PNU 945: `A (supply voltage too low)`.
-pub fn fault(code: u32) -> String {
+pub(crate) fn fault(code: u32) -> String {
     let known = Fault::ALL.into_iter().find(|fault| u32::from(fault.code()) == code);
     match (known, code) {
         (Some(fault), _) => format!("fault {fault}"),

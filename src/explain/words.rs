@@ -28,7 +28,7 @@ pub fn changes(word: Word, mode: Mode, before: u16, now: u16) -> String {
 }
 
 /// The bits that are 1, `nothing` if there are none with a meaning.
-pub fn on(word: Word, mode: Mode, raw: u16) -> String {
+pub(crate) fn on(word: Word, mode: Mode, raw: u16) -> String {
     let words: Vec<&str> = (0..16)
         .zip(bits(word, mode, None))
         .filter(|(n, bit)| raw >> n & 1 != 0 && bit.role == Role::Level)
@@ -55,7 +55,7 @@ pub fn said(mode: Mode, before: u16, now: u16) -> String {
 }
 
 /// A word at octet `at`, with a field for each bit. Bits beside each other that are not used share one.
-pub fn field(word: Word, mode: Mode, model: Option<Model>, at: usize, raw: u16) -> Field {
+pub(crate) fn field(word: Word, mode: Mode, model: Option<Model>, at: usize, raw: u16) -> Field {
     let mut fields: Vec<Field> = Vec::new();
     for (n, bit) in (0..16_u8).zip(bits(word, mode, model)).rev() {
         let set = raw >> n & 1 != 0;

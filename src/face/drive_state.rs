@@ -22,10 +22,10 @@ pub enum DriveState {
 
 impl DriveState {
     /// Every state.
-    pub const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
+    pub(crate) const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
 
     /// Its name for programs, as `not_ready`.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         self.into()
     }
 }

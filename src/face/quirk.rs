@@ -38,7 +38,7 @@ impl<C> Quirk<C> {
     ///
     /// # Errors
     /// [`QuirkError`] if there is no such quirk or value; nothing is changed then.
-    pub fn set(table: &[Self], config: &mut C, name: &str, value: &str) -> Result<(), QuirkError> {
+    pub(crate) fn set(table: &[Self], config: &mut C, name: &str, value: &str) -> Result<(), QuirkError> {
         let quirk = table.iter().find(|quirk| quirk.name == name).ok_or(QuirkError::Unknown)?;
         let Self { name, values, choose, .. } = *quirk;
         let index = values.iter().position(|known| *known == value);

@@ -172,7 +172,7 @@ impl Face {
 
     /// With a sign more, if it is lit.
     #[must_use]
-    pub fn sign(mut self, sign: &'static str, lit: bool) -> Self {
+    pub(crate) fn sign(mut self, sign: &'static str, lit: bool) -> Self {
         if lit {
             let _ = self.signs.push(sign);
         }
@@ -181,7 +181,7 @@ impl Face {
 
     /// With an LED more.
     #[must_use]
-    pub fn led(mut self, name: &'static str, glow: Glow) -> Self {
+    pub(crate) fn led(mut self, name: &'static str, glow: Glow) -> Self {
         let _ = self.leds.push(FaceLed { name, glow });
         self
     }
@@ -227,6 +227,11 @@ pub trait Surroundings {
 
     /// What an input is when everything is as it should be; `None`: nobody says it.
     fn nominal(&self, _name: &str) -> Option<Level> {
+        None
+    }
+
+    /// What the device makes of an input whose level is [`Level::Own`]; `None`: nobody says it.
+    fn calculated(&self, _name: &str) -> Option<f64> {
         None
     }
 

@@ -59,10 +59,10 @@ use std::collections::BTreeMap;
 use crate::profibus::fdl::Rates;
 
 /// The longest file that is read, in octets. The longest one known has 256 kB.
-pub const MAX_FILE_LEN: usize = 4 << 20;
+pub(crate) const MAX_FILE_LEN: usize = 4 << 20;
 
 /// The most modules of one file. The most known are 302.
-pub const MAX_MODULES: usize = 4096;
+pub(crate) const MAX_MODULES: usize = 4096;
 
 /// What a GSD says, keyword by keyword; texts as they stand in the file without the blanks around them.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -164,7 +164,7 @@ pub struct Flags {
 
 impl Flags {
     /// Every switch with the keyword of the file.
-    pub const fn by_keyword(&self) -> [(&'static str, bool); 11] {
+    pub(crate) const fn by_keyword(&self) -> [(&'static str, bool); 11] {
         [
             ("Auto_Baud_supp", self.auto_baud),
             ("Set_Slave_Add_supp", self.set_slave_add),
@@ -203,7 +203,7 @@ impl Gsd {
     /// Whether its modules are a choice. If not, all of them in the order of the file are the only configuration.
     ///
     /// More modules than Max_Module are a choice whatever Modular_Station says (G-03).
-    pub fn is_modular(&self) -> bool {
+    pub(crate) fn is_modular(&self) -> bool {
         let too_many = |most: u16| self.modules.len() > usize::from(most.max(1));
         self.flags.modular || self.max_module.is_some_and(too_many)
     }

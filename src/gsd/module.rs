@@ -42,7 +42,7 @@ pub struct Slot {
 
 impl Slot {
     /// Whether the slot takes a module with this reference.
-    pub fn takes(&self, reference: Option<u32>) -> bool {
+    pub(crate) fn takes(&self, reference: Option<u32>) -> bool {
         let is_in =
             |wanted: u32| self.references.iter().any(|(first, last)| (*first..=*last).contains(&wanted));
         reference.is_some_and(|reference| is_in(reference) || self.default == Some(reference))

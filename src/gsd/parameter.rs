@@ -54,7 +54,7 @@ pub enum FieldType {
 
 impl FieldType {
     /// How many octets it lies in: 1, 2 or 4. The highest bit of an area decides.
-    pub const fn octets(self) -> usize {
+    pub(crate) const fn octets(self) -> usize {
         match self {
             Self::Bit(last) | Self::BitArea(_, last) => match last {
                 0..=7 => 1,
@@ -139,7 +139,7 @@ pub enum Allowed {
 
 impl Allowed {
     /// Whether it is one of them.
-    pub fn contains(&self, value: i64) -> bool {
+    pub(crate) fn contains(&self, value: i64) -> bool {
         match self {
             Self::Any => true,
             Self::Range(least, most) => (*least..=*most).contains(&value),
@@ -185,12 +185,12 @@ pub struct Reference {
 
 impl PrmPart {
     /// Whether nothing is said about it.
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.constants.is_empty() && self.references.is_empty()
     }
 
     /// Its octets: its length, if the file says it, or as far as constants and references go.
-    pub fn extent(&self, gsd: &Gsd) -> usize {
+    pub(crate) fn extent(&self, gsd: &Gsd) -> usize {
         let constants = self.constants.iter().map(|(offset, octets)| usize::from(*offset) + octets.len());
         let fields = self.fields(gsd).map(|(offset, parameter)| offset + parameter.field.octets());
         let extent = constants.chain(fields).max().unwrap_or(0).max(self.len.unwrap_or(0).into());
@@ -198,14 +198,14 @@ impl PrmPart {
     }
 
     /// Its parameters with their offsets.
-    pub fn fields<'a>(&'a self, gsd: &'a Gsd) -> impl Iterator<Item = (usize, &'a Parameter)> {
+    pub(crate) fn fields<'a>(&'a self, gsd: &'a Gsd) -> impl Iterator<Item = (usize, &'a Parameter)> {
         let known =
             |reference: &Reference| Some((usize::from(reference.offset), gsd.parameters.get(&reference.id)?));
         self.references.iter().filter_map(known)
     }
 
     /// Constants, and over them the default of every parameter.
-    pub fn default_octets(&self, gsd: &Gsd) -> Vec<u8> {
+    pub(crate) fn default_octets(&self, gsd: &Gsd) -> Vec<u8> {
         let mut octets = vec![0; self.extent(gsd)];
         for (offset, constant) in &self.constants {
             for (octet, value) in octets.iter_mut().skip((*offset).into()).zip(constant) {

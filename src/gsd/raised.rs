@@ -63,7 +63,7 @@ pub enum ModuleState {
 
 impl ModuleState {
     /// Its words.
-    pub const fn words(self) -> &'static str {
+    pub(crate) const fn words(self) -> &'static str {
         match self {
             Self::Valid => "data valid",
             Self::Invalid => "data invalid",
@@ -132,7 +132,7 @@ impl Raised {
     ///
     /// # Errors
     /// [`RaiseError`] for what the configuration or the file does not have.
-    pub fn blocks(&self, gsd: &Gsd, layout: &[Placed]) -> Result<ExtDiag, RaiseError> {
+    pub(crate) fn blocks(&self, gsd: &Gsd, layout: &[Placed]) -> Result<ExtDiag, RaiseError> {
         if self.is_empty() {
             return Ok(ExtDiag::NONE);
         }
@@ -166,7 +166,7 @@ impl Raised {
     }
 
     /// What is raised, in the texts of the file where it has some.
-    pub fn words(&self, gsd: &Gsd, layout: &[Placed]) -> Vec<String> {
+    pub(crate) fn words(&self, gsd: &Gsd, layout: &[Placed]) -> Vec<String> {
         let mut words = Vec::new();
         for bit in &self.bits {
             let text = gsd.diag_bits.iter().find(|known| known.bit == *bit).map(|known| known.text.as_str());

@@ -175,7 +175,7 @@ impl Station {
     ///
     /// # Errors
     /// [`NotPluggable`] if the file does not admit them.
-    pub fn plugged(mut self, modules: &[usize]) -> Result<Self, NotPluggable> {
+    pub(crate) fn plugged(mut self, modules: &[usize]) -> Result<Self, NotPluggable> {
         let modules = modules.iter().filter_map(|place| self.gsd.modules.get(*place));
         let configuration: Vec<u8> = modules.flat_map(|module| module.identifiers.clone()).collect();
         if let Err(refusal) = self.modules(&configuration) {
@@ -187,7 +187,7 @@ impl Station {
     }
 
     /// Whether it takes one configuration only, which Get_Cfg reports.
-    pub const fn is_fixed(&self) -> bool {
+    pub(crate) const fn is_fixed(&self) -> bool {
         self.plugged || !self.modular
     }
 

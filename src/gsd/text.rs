@@ -18,7 +18,7 @@ pub enum CodePage {
 
 impl CodePage {
     /// Its usual name.
-    pub const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Ascii => "ASCII",
             Self::Utf8 => "UTF-8",

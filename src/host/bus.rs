@@ -117,7 +117,7 @@ impl Bus {
     ///
     /// # Errors
     /// As [`Bus::add`].
-    pub fn connect(
+    pub(crate) fn connect(
         &mut self,
         now: Instant,
         station: Box<dyn Participant>,
@@ -157,14 +157,17 @@ impl Bus {
 
     /// The station at `address`, if there is one and it is a `T`.
     pub fn station<T: Participant>(&self, address: Address) -> Option<&T> {
-        let station: &dyn Any = &*self.stations.slot(address)?.station;
+        let station = &*self.stations.slot(address)?.station;
+        let station: &dyn Any = station.stored().unwrap_or(station);
         station.downcast_ref()
     }
 
     /// Does something to the station at `address`, if there is one and it is a `T`: sets its inputs, say. Counts as a
     /// `handle_*` call.
     pub fn with<T: Participant, R>(&mut self, address: Address, act: impl FnOnce(&mut T) -> R) -> Option<R> {
-        let station: &mut dyn Any = &mut *self.stations.slot_mut(address)?.station;
+        let station = &mut *self.stations.slot_mut(address)?.station;
+        let is_stored = station.stored().is_some();
+        let station: &mut dyn Any = if is_stored { station.stored_mut()? } else { station };
         let result = act(station.downcast_mut()?);
         self.stations.settle(address);
         Some(result)
@@ -219,12 +222,12 @@ impl Bus {
     }
 
     /// What went wrong at the station at `address`; `None`: there is none.
-    pub fn station_errors(&self, address: Address) -> Option<&StationErrors> {
+    pub(crate) fn station_errors(&self, address: Address) -> Option<&StationErrors> {
         self.stations.slot(address).map(|slot| &slot.errors)
     }
 
     /// What the station at `address` is and how it is; `None`: there is none.
-    pub fn appearance(&self, address: Address) -> Option<Appearance<'_>> {
+    pub(crate) fn appearance(&self, address: Address) -> Option<Appearance<'_>> {
         self.stations.slot(address).map(|slot| slot.station.appearance())
     }
 
@@ -234,7 +237,7 @@ impl Bus {
     }
 
     /// The line has another rate now.
-    pub fn set_baud(&mut self, baud: BaudRate) {
+    pub(crate) fn set_baud(&mut self, baud: BaudRate) {
         self.stations.set_baud(baud);
         self.framer = Framer::new(self.stations.timing.resync(baud));
     }
@@ -250,7 +253,7 @@ impl Bus {
     }
 
     /// The link cannot be set to the rate of the last [`RateChange::Try`]: another one is tried at once.
-    pub fn skip_rate(&mut self, now: Instant) {
+    pub(crate) fn skip_rate(&mut self, now: Instant) {
         if let Some(change) = self.stations.search.as_mut().map(|search| search.skip(now)) {
             self.try_rate(change);
         }
@@ -274,7 +277,7 @@ impl Bus {
     }
 
     /// An octet with a wrong parity or stop bit that ended at `now`, on links that can tell.
-    pub fn handle_damaged(&mut self, now: Instant) {
+    pub(crate) fn handle_damaged(&mut self, now: Instant) {
         let Self { framer, stations } = self;
         framer.receive_damaged(now, |at, result| stations.hear(at, now, &result));
     }

@@ -176,7 +176,7 @@ impl Capture {
     }
 
     /// Something happened: the next packet carries it as a comment. Of many before one packet the first 32 are kept.
-    pub fn remark(&mut self, text: &str) {
+    pub(crate) fn remark(&mut self, text: &str) {
         if self.remarks.len() < MOST_REMARKS {
             self.remarks.push(short(text));
         }
@@ -207,7 +207,7 @@ impl Capture {
 ///
 /// # Errors
 /// Never for a reason of the operating system's.
-pub fn to_octets(
+pub(crate) fn to_octets(
     line: &Interface<'_>,
     epoch: Duration,
     batch: &Batch,

@@ -6,11 +6,13 @@
 
 use super::fault::{Condition, Switch};
 use super::refusals::Refusals;
-use super::station_file::{Kept, StationFile};
-use super::{Appearance, OutputBoard, Participant, StateDir, StateDirError, StationKind};
+use super::state_dir::Images;
+use super::station_file::{Kept, KeptImage};
+use super::{Appearance, OutputBoard, Participant, StateDir, StateDirError, StationKind, Stored};
 use crate::devices::StationEvent;
 use crate::face::Description;
 use crate::gsd::{Gsd, Placed, RaiseError, Raised, Station};
+use crate::image::Generation;
 use crate::process::{Image, Point, Process, Slot, ValueError};
 use crate::profibus::dp;
 use crate::profibus::dp::application::Application as _;
@@ -57,7 +59,7 @@ pub struct GsdStation {
     refusals: Refusals,
     board: Option<OutputBoard>,
     watched: Vec<(Point, Condition, Switch)>,
-    file: Option<StationFile>,
+    image: Option<KeptImage>,
 }
 
 impl core::fmt::Debug for GsdStation {
@@ -85,7 +87,7 @@ impl GsdStation {
             refusals,
             board: None,
             watched: Vec::new(),
-            file: None,
+            image: None,
         };
         this.lay_out();
         this
@@ -103,32 +105,23 @@ impl GsdStation {
     ///
     /// # Errors
     /// [`StateDirError::Owned`], [`StateDirError::File`], [`StateDirError::Refused`]; the file is as before.
-    pub fn kept_in(mut self, state: &StateDir, now: Instant) -> Result<Self, StateDirError> {
+    pub(crate) fn kept_in(mut self, state: &StateDir, now: Instant) -> Result<Stored<Self>, StateDirError> {
         let ident = self.slave().description().ident;
-        let (mut file, kept) = StationFile::open(state, "gsd", ident, self.station.address())?;
+        let (file, image, kept) = KeptImage::open(state, "gsd", ident, self.station.address())?;
         if let Some(Kept { address, rem_slave_data, .. }) = kept {
             self.station.recall(address, &rem_slave_data);
         }
-        file.hand_over(now);
-        self.file = Some(file);
-        Ok(self)
+        self.image = Some(image);
+        Ok(Stored::in_file(self, file, now))
     }
 
     /// Set_Slave_Add gave it another address.
     fn keep_address(&mut self) {
-        let Self { station, file, .. } = self;
-        if let Some(file) = file {
+        let Self { station, image, .. } = self;
+        if let Some(image) = image {
             let (address, rem_slave_data) =
                 (station.stored_address(), station.slave().rem_slave_data().to_vec());
-            file.keep(&Kept { address, rem_slave_data, values: Vec::new() }, false);
-        }
-    }
-
-    /// Nobody waits for what becomes of an image.
-    fn hand_over(&mut self, now: Instant) {
-        if let Some(file) = &mut self.file {
-            let _nobody_waits = file.report(now);
-            file.hand_over(now);
+            image.keep(&Kept { address, rem_slave_data, values: Vec::new() }, false);
         }
     }
 
@@ -140,7 +133,7 @@ impl GsdStation {
 
     /// Has `switch` be on while a condition on an input holds, forced inputs as they are forced. It is off while there is
     /// no such input.
-    pub fn watch(&mut self, point: Point, condition: Condition, switch: Switch) {
+    pub(crate) fn watch(&mut self, point: Point, condition: Condition, switch: Switch) {
         self.watched.retain(|(_, _, switch)| !switch.is_abandoned());
         self.watched.push((point, condition, switch));
         self.offer();
@@ -167,7 +160,7 @@ impl GsdStation {
     }
 
     /// The inputs of a slot, forced ones as they are forced; empty if there is no such slot.
-    pub fn inputs(&self, slot: &Slot) -> Vec<u8> {
+    pub(crate) fn inputs(&self, slot: &Slot) -> Vec<u8> {
         slot.inputs.clone().map(|at| self.input_octet(at)).collect()
     }
 
@@ -365,6 +358,20 @@ impl GsdStation {
     }
 }
 
+impl Images for GsdStation {
+    type Generation = Generation;
+
+    fn poll_image(&mut self) -> Option<(Generation, Vec<u8>)> {
+        self.image.as_mut()?.poll()
+    }
+
+    fn handle_stored(&mut self, _: Instant, generation: Generation, stored: bool) {
+        if let Some(image) = &mut self.image {
+            let _nobody_waits = image.report(generation, stored);
+        }
+    }
+}
+
 /// The words of a refusal.
 struct Words<'a>(&'a Station, u16);
 
@@ -419,7 +426,6 @@ impl Participant for GsdStation {
             self.outputs_are = OutputsAre::Live;
         }
         self.run(now);
-        self.hand_over(now);
     }
 
     fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(StationEvent)) {
@@ -428,7 +434,6 @@ impl Participant for GsdStation {
             news(StationEvent::Dp(event));
         }
         self.run(now);
-        self.hand_over(now);
     }
 
     fn poll_transmit(
@@ -441,8 +446,7 @@ impl Participant for GsdStation {
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
-        let file = self.file.as_ref().and_then(StationFile::poll_timeout);
-        Instant::first_of(Instant::first_of(self.station.poll_timeout(), self.due()), file)
+        Instant::first_of(self.station.poll_timeout(), self.due())
     }
 
     fn watchdog_on(&self) -> bool {

@@ -13,7 +13,7 @@
 //! - [`Bus`] puts many stations on one line, with the calling contract of one [`crate::devices::ag03::profibus::Device`].
 //! - [`can`] is the same for CAN: a bus in memory, adapters over pseudo-terminal and TCP, and its own run loop.
 //! - [`capture`] writes what passes to pcapng files and reads them (feature `capture`).
-//! - [`StateDir`] keeps the images of units in files, each an [`ImageFile`]; a [`StoredDevice`] is a drive with such a
+//! - [`StateDir`] keeps the images of units in files, each an [`ImageFile`]; what is [`Stored`] has such a
 //!   file.
 //! - [`run()`] connects the three until [`Stop`] is requested.
 //!
@@ -48,6 +48,7 @@ pub mod can;
 #[cfg(feature = "capture")]
 pub mod capture;
 mod clock;
+mod drive_image;
 pub mod fault;
 mod gsd_description;
 mod gsd_station;
@@ -65,7 +66,7 @@ mod run;
 mod state_dir;
 mod station_file;
 mod stop;
-mod stored_device;
+mod stored;
 
 pub use bus::{Addresses, Bus, BusEvent, Evidence, LISTEN_TIME, LineHint, Presence, SlotTime, StationErrors};
 pub use clock::{ManualClock, SystemClock};
@@ -78,7 +79,7 @@ pub use refusals::Refusals;
 pub use run::run;
 pub use state_dir::{Disk, ImageFile, Images, Newest, StateDir, StateDirError};
 pub use stop::Stop;
-pub use stored_device::StoredDevice;
+pub use stored::Stored;
 
 /// A byte transport to one line: telegram octets in and out, without framing.
 ///

@@ -5,7 +5,8 @@ use core::time::Duration;
 use std::borrow::Cow;
 use std::path::PathBuf;
 
-use super::{GsdStation, StoredDevice};
+use super::state_dir::Images;
+use super::{GsdStation, Stored};
 use crate::devices::StationEvent;
 use crate::devices::ag03::param::Model;
 use crate::devices::ag03::profibus::{Config, DESCRIPTION, Device, MAX_TELEGRAM_LEN, Power};
@@ -62,6 +63,16 @@ pub trait Participant: Any + Send {
     /// What it is and how it is, for who watches the line.
     fn appearance(&self) -> Appearance<'_> {
         Appearance::default()
+    }
+
+    /// The station whose memory it stores; `None`: it stores none, and is the station itself.
+    fn stored(&self) -> Option<&dyn Participant> {
+        None
+    }
+
+    /// The same, to change it.
+    fn stored_mut(&mut self) -> Option<&mut dyn Participant> {
+        None
     }
 
     /// What acts on it from outside, and what it tells of itself; `None`: nothing.
@@ -237,27 +248,26 @@ fn pass_on(device: &mut Device, news: &mut dyn FnMut(StationEvent)) {
     }
 }
 
-impl Participant for StoredDevice {
+/// What is stored is the station itself, to whoever asks for one.
+impl<P: Participant + Images<Generation: Send>> Participant for Stored<P> {
     fn address(&self) -> Address {
-        self.device().address()
+        self.unit().address()
     }
 
     fn set_baud(&mut self, baud: BaudRate) {
-        Self::set_baud(self, baud);
+        self.unit_mut().set_baud(baud);
     }
 
     fn rates(&self) -> Rates {
-        DESCRIPTION.rates
+        self.unit().rates()
     }
 
     fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent)) {
-        self.handle_telegram(now, telegram);
-        pass_on(self.device_mut(), news);
+        self.act(now, |station| station.receive(now, telegram, news));
     }
 
     fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(StationEvent)) {
-        Self::handle_timeout(self, now);
-        pass_on(self.device_mut(), news);
+        self.act(now, |station| station.handle_timeout(now, news));
     }
 
     fn poll_transmit(
@@ -266,35 +276,51 @@ impl Participant for StoredDevice {
         buf: &mut [u8; MAX_TELEGRAM_LEN],
         news: &mut dyn FnMut(StationEvent),
     ) -> Option<usize> {
-        Participant::poll_transmit(self.device_mut(), now, buf, news)
+        self.unit_mut().poll_transmit(now, buf, news)
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
-        Self::poll_timeout(self)
+        Self::poll_timeout(self, self.unit().poll_timeout())
     }
 
     fn watchdog_on(&self) -> bool {
-        self.device().watchdog_on()
+        self.unit().watchdog_on()
     }
 
-    fn appearance(&self) -> Appearance<'_> {
-        Appearance::of(self.device())
+    fn stored(&self) -> Option<&dyn Participant> {
+        Some(self.unit())
     }
 
-    fn description(&self) -> Option<&dyn Description> {
-        Some(self.device())
-    }
-
-    fn description_mut(&mut self) -> Option<&mut dyn Description> {
-        Some(self.device_mut())
-    }
-
-    fn address_after(&self, act: &dyn Fn(&mut dyn Description)) -> Address {
-        address_after(self.device(), act)
+    fn stored_mut(&mut self) -> Option<&mut dyn Participant> {
+        Some(self.unit_mut())
     }
 
     fn path(&self) -> Option<PathBuf> {
         Self::path(self)
+    }
+
+    fn appearance(&self) -> Appearance<'_> {
+        self.unit().appearance()
+    }
+
+    fn description(&self) -> Option<&dyn Description> {
+        self.unit().description()
+    }
+
+    fn description_mut(&mut self) -> Option<&mut dyn Description> {
+        self.unit_mut().description_mut()
+    }
+
+    fn modules(&self) -> Option<&GsdStation> {
+        self.unit().modules()
+    }
+
+    fn modules_mut(&mut self) -> Option<&mut GsdStation> {
+        self.unit_mut().modules_mut()
+    }
+
+    fn address_after(&self, act: &dyn Fn(&mut dyn Description)) -> Address {
+        self.unit().address_after(act)
     }
 }
 

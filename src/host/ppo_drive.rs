@@ -2,12 +2,14 @@
 
 use core::fmt;
 
-use super::station_file::{Kept, StationFile};
-use super::{Appearance, Participant, Refusals, StateDir, StateDirError, StationKind};
+use super::state_dir::Images;
+use super::station_file::{Kept, KeptImage};
+use super::{Appearance, Participant, Refusals, StateDir, StateDirError, StationKind, Stored};
 use crate::devices::StationEvent;
 use crate::devices::ppo_drive::profibus::{PpoDrive, PpoOnly};
 use crate::face::Description;
 use crate::gsd::Station;
+use crate::image::Generation;
 use crate::image::storage::Outcome;
 use crate::profibus::dp;
 use crate::profibus::dp::{Application, CfgFault, Fixed, PrmFault, Reason, Refusal};
@@ -60,13 +62,15 @@ impl Application for PpoJudge {
 pub struct HostedPpoDrive {
     drive: PpoDrive<PpoOnly<PpoJudge>>,
     refusals: Refusals,
-    file: Option<StationFile>,
+    image: Option<KeptImage>,
+    /// Set_Slave_Add has changed the address.
+    address_set: bool,
 }
 
 impl HostedPpoDrive {
     /// A drive whose words of refusals go into `refusals`.
     pub const fn new(drive: PpoDrive<PpoOnly<PpoJudge>>, refusals: Refusals) -> Self {
-        Self { drive, refusals, file: None }
+        Self { drive, refusals, image: None, address_set: false }
     }
 
     /// The same drive with what it kept before it was switched off; from now on its file in `state` keeps its address and
@@ -74,48 +78,51 @@ impl HostedPpoDrive {
     ///
     /// # Errors
     /// [`StateDirError::Owned`], [`StateDirError::File`], [`StateDirError::Refused`]; the file is as before.
-    pub fn kept_in(mut self, state: &StateDir, now: Instant) -> Result<Self, StateDirError> {
+    pub(crate) fn kept_in(mut self, state: &StateDir, now: Instant) -> Result<Stored<Self>, StateDirError> {
         let ident = self.drive.slave().description().ident;
-        let (mut file, kept) = StationFile::open(state, "ppo", ident, self.drive.address())?;
+        let (file, image, kept) = KeptImage::open(state, "ppo", ident, self.drive.address())?;
         self.drive.keep_parameters();
         if let Some(Kept { address, rem_slave_data, values }) = kept {
             self.drive.recall((address, &rem_slave_data), values);
         }
-        file.hand_over(now);
-        self.file = Some(file);
-        Ok(self)
+        self.image = Some(image);
+        Ok(Stored::in_file(self, file, now))
     }
 
-    fn take_outcome(&mut self, now: Instant) {
-        let Some(file) = &mut self.file else { return };
-        match file.report(now) {
+    /// The drive.
+    pub(crate) const fn drive(&self) -> &PpoDrive<PpoOnly<PpoJudge>> {
+        &self.drive
+    }
+
+    /// The drive, to change what acts on it: through [`Bus::with`](super::Bus::with).
+    pub(crate) const fn drive_mut(&mut self) -> &mut PpoDrive<PpoOnly<PpoJudge>> {
+        &mut self.drive
+    }
+}
+
+impl Images for HostedPpoDrive {
+    type Generation = Generation;
+
+    fn poll_image(&mut self) -> Option<(Generation, Vec<u8>)> {
+        let image = self.image.as_mut()?;
+        let written = self.drive.take_changed();
+        if written || core::mem::take(&mut self.address_set) {
+            image.keep(&kept(&self.drive), written);
+        }
+        image.poll()
+    }
+
+    fn handle_stored(&mut self, _: Instant, generation: Generation, stored: bool) {
+        let Some(image) = &mut self.image else { return };
+        match image.report(generation, stored) {
             Outcome::None => {}
             Outcome::Safe => self.drive.handle_stored(true),
             Outcome::Undone => {
                 self.drive.handle_stored(false);
                 // The file may hold what was refused.
-                file.keep(&kept(&self.drive), false);
+                image.keep(&kept(&self.drive), false);
             }
         }
-    }
-
-    fn hand_over(&mut self, now: Instant, address_set: bool) {
-        let Some(file) = &mut self.file else { return };
-        let written = self.drive.take_changed();
-        if written || address_set {
-            file.keep(&kept(&self.drive), written);
-        }
-        file.hand_over(now);
-    }
-
-    /// The drive.
-    pub const fn drive(&self) -> &PpoDrive<PpoOnly<PpoJudge>> {
-        &self.drive
-    }
-
-    /// The drive, to change what acts on it: through [`Bus::with`](super::Bus::with).
-    pub const fn drive_mut(&mut self) -> &mut PpoDrive<PpoOnly<PpoJudge>> {
-        &mut self.drive
     }
 }
 
@@ -151,10 +158,10 @@ impl Participant for HostedPpoDrive {
     }
 
     fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent)) {
-        self.take_outcome(now);
-        let (mut refused, mut address_set) = (None, false);
-        self.drive.handle_telegram(now, telegram, &mut |event| {
-            address_set |= matches!(&event, StationEvent::Dp(dp::Event::AddressSet { .. }));
+        let mut refused = None;
+        let Self { drive, address_set, .. } = self;
+        drive.handle_telegram(now, telegram, &mut |event| {
+            *address_set |= matches!(&event, StationEvent::Dp(dp::Event::AddressSet { .. }));
             if let StationEvent::Dp(
                 dp::Event::PrmRejected { fault: PrmFault::UserPrm(refusal), .. }
                 | dp::Event::CfgRejected { fault: CfgFault::Refused(refusal), .. },
@@ -168,13 +175,10 @@ impl Participant for HostedPpoDrive {
             let words = Words(self.drive.slave().application(), number).to_string();
             self.refusals.keep(self.drive.address(), number, words);
         }
-        self.hand_over(now, address_set);
     }
 
     fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(StationEvent)) {
-        self.take_outcome(now);
         self.drive.handle_timeout(now, news);
-        self.hand_over(now, false);
     }
 
     fn poll_transmit(
@@ -187,8 +191,7 @@ impl Participant for HostedPpoDrive {
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
-        let file = self.file.as_ref().and_then(StationFile::poll_timeout);
-        Instant::first_of(self.drive.poll_timeout(), file)
+        self.drive.poll_timeout()
     }
 
     fn description(&self) -> Option<&dyn Description> {

@@ -29,7 +29,7 @@ struct Kept {
 
 impl Refusals {
     /// Keeps the words of a refusal until so many have followed.
-    pub fn keep(&self, address: Address, number: u16, words: String) {
+    pub(crate) fn keep(&self, address: Address, number: u16, words: String) {
         let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if kept.len() >= KEPT {
             kept.pop_front();

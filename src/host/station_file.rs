@@ -11,14 +11,13 @@
 //! then         parameters: number (2), element from 0 (1), bits (4)
 //! ```
 
-use super::state_dir::{ImageFile, Images, Newest, StateDir, StateDirError};
+use super::state_dir::{ImageFile, Newest, StateDir, StateDirError};
 use crate::image;
 use crate::image::storage;
 use crate::image::storage::Outcome;
 use crate::image::{Generation, ImageError, NotStored, Writer};
 use crate::profibus::dp::StoredAddress;
 use crate::profibus::fdl::Address;
-use crate::time::Instant;
 
 /// Room for the image of a station with every parameter that there can be.
 const LONGEST: usize = 32 * 1024;
@@ -70,23 +69,17 @@ impl Kept {
     }
 }
 
-/// The file of a station.
+/// The image of a station, as its host takes it.
 #[derive(Debug)]
-pub(super) struct StationFile {
-    file: ImageFile<Generation>,
+pub(super) struct KeptImage {
     product: String,
-    image: NewestImage,
-}
-
-#[derive(Debug)]
-struct NewestImage {
     octets: Vec<u8>,
     newest: storage::Newest,
-    outcome: Outcome,
 }
 
-impl StationFile {
-    /// The file of the station that is added with this address, and what it keeps. A station from the factory has none.
+impl KeptImage {
+    /// The file of the station that is added with this address, its image, and what it keeps. A station from the factory
+    /// keeps nothing yet.
     ///
     /// # Errors
     /// [`StateDirError::Owned`], [`StateDirError::File`], [`StateDirError::Refused`]; the file is as before.
@@ -95,64 +88,42 @@ impl StationFile {
         kind: &str,
         ident: u16,
         address: Address,
-    ) -> Result<(Self, Option<Kept>), StateDirError> {
+    ) -> Result<(ImageFile<Generation>, Self, Option<Kept>), StateDirError> {
         let product = format!("{kind}-{ident:04x}");
         let (file, found) = state.file(&format!("{product}-{:03}", address.number()), LONGEST)?;
-        let image = NewestImage { octets: Vec::new(), newest: storage::Newest::SAFE, outcome: Outcome::None };
-        let mut this = Self { file, product, image };
-        let Some(Newest { octets, safe }) = found else { return Ok((this, None)) };
+        let mut this = Self { product, octets: Vec::new(), newest: storage::Newest::SAFE };
+        let Some(Newest { octets, safe }) = found else { return Ok((file, this, None)) };
         let kept = Kept::decode(&octets, &this.product)
-            .map_err(|cause| StateDirError::Refused { path: this.file.path(), cause: Box::new(cause) })?;
-        tracing::info!("EEPROM from {}", this.file.path().display());
+            .map_err(|cause| StateDirError::Refused { path: file.path(), cause: Box::new(cause) })?;
+        tracing::info!("EEPROM from {}", file.path().display());
         if !safe {
             this.offer(octets);
         }
-        Ok((this, Some(kept)))
+        Ok((file, this, Some(kept)))
     }
 
     fn offer(&mut self, octets: Vec<u8>) {
-        self.image.octets = octets;
-        self.image.newest.offer();
+        self.octets = octets;
+        self.newest.offer();
     }
 
-    /// This is to be kept instead of all before it. `waits`: somebody waits for what [`StationFile::report`] says.
+    /// This is to be kept instead of all before it. `waits`: somebody waits for what [`KeptImage::report`] says.
     pub(super) fn keep(&mut self, kept: &Kept, waits: bool) {
         let octets = kept.encode(&self.product);
         self.offer(octets);
         if waits {
-            self.image.newest.wait();
+            self.newest.wait();
         }
     }
 
-    /// What became of what somebody waits for. To be called before anything is done to the station.
-    pub(super) fn report(&mut self, now: Instant) -> Outcome {
-        self.file.report_to(now, &mut self.image);
-        core::mem::replace(&mut self.image.outcome, Outcome::None)
-    }
-
-    /// Hands the newest image over. To be called when something was done to the station.
-    pub(super) fn hand_over(&mut self, now: Instant) {
-        self.file.take_from(now, &mut self.image);
-    }
-
-    /// When to call [`StationFile::report`] again.
-    pub(super) const fn poll_timeout(&self) -> Option<Instant> {
-        self.file.poll_timeout()
-    }
-}
-
-impl Images for NewestImage {
-    type Generation = Generation;
-
-    fn poll_image(&mut self) -> Option<(Generation, Vec<u8>)> {
+    /// The image to keep now.
+    pub(super) fn poll(&mut self) -> Option<(Generation, Vec<u8>)> {
         self.newest.take().map(|generation| (generation, self.octets.clone()))
     }
 
-    fn handle_stored(&mut self, _: Instant, generation: Generation, stored: bool) {
-        let outcome = self.newest.report(generation, if stored { Ok(()) } else { Err(NotStored) });
-        if outcome != Outcome::None {
-            self.outcome = outcome;
-        }
+    /// What became of an image, for whoever waits.
+    pub(super) fn report(&mut self, generation: Generation, stored: bool) -> Outcome {
+        self.newest.report(generation, if stored { Ok(()) } else { Err(NotStored) })
     }
 }
 

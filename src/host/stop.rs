@@ -69,7 +69,7 @@ impl Stop {
     /// # Errors
     /// The process has no file descriptors left.
     #[cfg(unix)]
-    pub fn waker(&self) -> io::Result<Socket> {
+    pub(crate) fn waker(&self) -> io::Result<Socket> {
         self.inner.waker.try_clone()
     }
 }

@@ -56,7 +56,7 @@ pub enum DriveError {
 
 impl DriveError {
     /// Whether the drive can no longer be reached.
-    pub fn is_loss(&self) -> bool {
+    pub(crate) fn is_loss(&self) -> bool {
         match self {
             Self::Session(error) | Self::Unanswered(error) => error.is_loss(),
             Self::Goal(error) => matches!(error, GoalError::Interrupted),
@@ -108,7 +108,7 @@ impl<L: Link, C: Clock> Drive<L, C> {
     ///
     /// # Errors
     /// As [`Session::start`].
-    pub fn take(mut session: Session<L, C>, address: Address) -> Result<Self, SessionError> {
+    pub(crate) fn take(mut session: Session<L, C>, address: Address) -> Result<Self, SessionError> {
         session.start(address)?;
         // profirust copies the inputs of a telegram at once.
         let channel = Ag03Channel { images: Images::Consistent, ..Ag03Channel::DEFAULT };
@@ -117,17 +117,17 @@ impl<L: Link, C: Clock> Drive<L, C> {
     }
 
     /// Its address.
-    pub const fn address(&self) -> Address {
+    pub(crate) const fn address(&self) -> Address {
         self.address
     }
 
     /// Whether the end is requested ([`Session::stop`]).
-    pub fn is_stopped(&self) -> bool {
+    pub(crate) fn is_stopped(&self) -> bool {
         self.session.stop().is_requested()
     }
 
     /// The control word that is sent now.
-    pub fn stw(&self) -> Stw {
+    pub(crate) fn stw(&self) -> Stw {
         Outputs::new(&self.client.outputs()).stw()
     }
 
@@ -135,7 +135,7 @@ impl<L: Link, C: Clock> Drive<L, C> {
     ///
     /// # Errors
     /// As [`Session::exchange_with`].
-    pub fn exchange(&mut self) -> Result<Seen, SessionError> {
+    pub(crate) fn exchange(&mut self) -> Result<Seen, SessionError> {
         match self.session.exchange_with(self.address, &self.client.outputs()) {
             Ok(octets) => {
                 let inputs = Inputs::new(&octets);
@@ -153,7 +153,7 @@ impl<L: Link, C: Clock> Drive<L, C> {
     ///
     /// # Errors
     /// [`DriveError`]; after [`DriveError::Unanswered`] it is not known whether the job was done.
-    pub fn job(&mut self, job: Job) -> Result<Reply, DriveError> {
+    pub(crate) fn job(&mut self, job: Job) -> Result<Reply, DriveError> {
         self.client.submit(self.session.now(), job)?;
         loop {
             let exchanged = self.exchange();
@@ -172,7 +172,7 @@ impl<L: Link, C: Clock> Drive<L, C> {
     ///
     /// # Errors
     /// [`DriveError::Goal`], [`DriveError::Session`].
-    pub fn reach(&mut self, goal: Goal) -> Result<Reached, DriveError> {
+    pub(crate) fn reach(&mut self, goal: Goal) -> Result<Reached, DriveError> {
         self.client.pursue(self.session.now(), goal);
         loop {
             if self.is_stopped() {
@@ -189,7 +189,12 @@ impl<L: Link, C: Clock> Drive<L, C> {
     ///
     /// # Errors
     /// As [`Drive::job`].
-    pub fn read(&mut self, pnu: Pnu, element: Option<Subindex>, width: Width) -> Result<Value, DriveError> {
+    pub(crate) fn read(
+        &mut self,
+        pnu: Pnu,
+        element: Option<Subindex>,
+        width: Width,
+    ) -> Result<Value, DriveError> {
         let job = match element {
             Some(element) => Job::read_element(pnu, element),
             None => Job::read(pnu),
@@ -207,7 +212,7 @@ impl<L: Link, C: Clock> Drive<L, C> {
     ///
     /// # Errors
     /// As [`Drive::job`].
-    pub fn write(&mut self, pnu: Pnu, value: Value) -> Result<Value, DriveError> {
+    pub(crate) fn write(&mut self, pnu: Pnu, value: Value) -> Result<Value, DriveError> {
         let job = Job::write(pnu, value);
         match self.job(job)? {
             Reply::Value(value) => Ok(value),
@@ -221,7 +226,7 @@ impl<L: Link, C: Clock> Drive<L, C> {
     ///
     /// # Errors
     /// As [`Drive::job`].
-    pub fn model(&mut self) -> Result<Model, DriveError> {
+    pub(crate) fn model(&mut self) -> Result<Model, DriveError> {
         match self.read(D_POS, None, Width::Word) {
             Ok(_) => Ok(Model::Ag03_1),
             Err(DriveError::Job(PkwError::Refused(code)))
@@ -237,7 +242,7 @@ impl<L: Link, C: Clock> Drive<L, C> {
     ///
     /// # Errors
     /// As [`Drive::job`], and [`DriveError::Hardware`].
-    pub fn identify(&mut self) -> Result<Identity, DriveError> {
+    pub(crate) fn identify(&mut self) -> Result<Identity, DriveError> {
         let model = self.model()?;
         let hardware = self.read(HARDWARE, None, Width::Word)?.bits();
         let gear = Gear::ALL.into_iter().find(|gear| u32::from(gear.hardware_version()) == hardware);

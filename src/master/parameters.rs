@@ -60,7 +60,7 @@ impl<L: Link, C: Clock> Drive<L, C> {
     ///
     /// # Errors
     /// As [`Drive::job`], and [`SessionError::Stopped`] if the end is requested.
-    pub fn settings(
+    pub(crate) fn settings(
         &mut self,
         model: Model,
         step: &mut dyn FnMut(),
@@ -73,24 +73,16 @@ impl<L: Link, C: Clock> Drive<L, C> {
     ///
     /// # Errors
     /// As [`Drive::settings`].
-    pub fn read_wanted(&mut self, wanted: &Wanted, step: &mut dyn FnMut()) -> Result<Vec<Value>, DriveError> {
+    pub(crate) fn read_wanted(
+        &mut self,
+        wanted: &Wanted,
+        step: &mut dyn FnMut(),
+    ) -> Result<Vec<Value>, DriveError> {
         wanted.iter().map(|(entry, _)| self.read_entry(entry, step)).collect()
     }
 
-    /// Gives the drive the values of `wanted`: reads, writes what differs, reads back. It must stand still, as some
-    /// parameters take no value while the shaft turns.
-    ///
-    /// # Errors
-    /// As [`Drive::settings`], before anything is written. What comes later is in [`Restored`].
-    pub fn restore(&mut self, wanted: &Wanted) -> Result<Restored, DriveError> {
-        let found = self.read_wanted(wanted, &mut || {})?;
-        let mut restored = self.write_changes(changes(wanted, &found), &mut || {});
-        self.verify(wanted, &mut restored, &mut || {});
-        Ok(restored)
-    }
-
     /// Writes until all of it is done or something comes between, the end requested included.
-    pub fn write_changes(&mut self, changes: Vec<Change>, step: &mut dyn FnMut()) -> Restored {
+    pub(crate) fn write_changes(&mut self, changes: Vec<Change>, step: &mut dyn FnMut()) -> Restored {
         let mut restored = Restored::default();
         for change in changes {
             if restored.trouble.is_none() && self.is_stopped() {
@@ -110,7 +102,7 @@ impl<L: Link, C: Clock> Drive<L, C> {
     }
 
     /// Reads back all of `wanted`, unless there was trouble before.
-    pub fn verify(&mut self, wanted: &Wanted, restored: &mut Restored, step: &mut dyn FnMut()) {
+    pub(crate) fn verify(&mut self, wanted: &Wanted, restored: &mut Restored, step: &mut dyn FnMut()) {
         if restored.trouble.is_some() {
             return;
         }

@@ -30,7 +30,7 @@ pub struct Slave {
 
 impl Slave {
     /// An AG03 or AG03/1, as [`peripheral()`].
-    pub const AG03: Self = Self {
+    pub(crate) const AG03: Self = Self {
         ident: IDENT_NUMBER,
         configuration: PpoType::SevenWords.configuration(),
         user_prm: &[],

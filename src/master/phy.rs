@@ -63,7 +63,7 @@ impl<L: Link> LinkPhy<L> {
     }
 
     /// Whether the link has failed. It stays so.
-    pub const fn is_lost(&self) -> bool {
+    pub(crate) const fn is_lost(&self) -> bool {
         self.failed
     }
 

@@ -72,25 +72,8 @@ impl<L: Link, C: Clock> Plant<L, C> {
         axis.map(|axis| axis.goals.extend(goals)).is_some()
     }
 
-    /// Forgets the goals of this drive that have not been begun.
-    pub fn clear(&mut self, address: Address) {
-        for axis in self.axes.iter_mut().filter(|axis| axis.address == address) {
-            axis.goals.clear();
-        }
-    }
-
-    /// The client of this drive: what its status word says, and parameters.
-    pub fn client(&mut self, address: Address) -> Option<&mut DriveClient> {
-        self.axes.iter_mut().find(|axis| axis.address == address).map(|axis| &mut axis.client)
-    }
-
-    /// The session, for diagnosis and search.
-    pub const fn session(&mut self) -> &mut Session<L, C> {
-        &mut self.session
-    }
-
     /// Whether no drive pursues a goal and none waits.
-    pub fn is_idle(&self) -> bool {
+    pub(crate) fn is_idle(&self) -> bool {
         self.axes.iter().all(|axis| axis.goals.is_empty() && axis.client.goal().is_none())
     }
 

@@ -43,7 +43,7 @@ impl<L: Link, C: Clock> ProfileDrive<L, C> {
     ///
     /// # Errors
     /// As [`Session::start_slave`].
-    pub fn take(
+    pub(crate) fn take(
         mut session: Session<L, C>,
         address: Address,
         slave: &Slave,
@@ -56,18 +56,13 @@ impl<L: Link, C: Clock> ProfileDrive<L, C> {
         Ok(Self { session, address, client: PpoClient::new(kind, profile, PpoLimits::default()) })
     }
 
-    /// Its address.
-    pub const fn address(&self) -> Address {
-        self.address
-    }
-
     /// Whether it has the parameter channel.
-    pub const fn has_parameters(&self) -> bool {
+    pub(crate) const fn has_parameters(&self) -> bool {
         self.client.kind().has_pkw()
     }
 
     /// Whether the end is requested ([`Session::stop`]).
-    pub fn is_stopped(&self) -> bool {
+    pub(crate) fn is_stopped(&self) -> bool {
         self.session.stop().is_requested()
     }
 
@@ -75,7 +70,7 @@ impl<L: Link, C: Clock> ProfileDrive<L, C> {
     ///
     /// # Errors
     /// As [`Session::exchange_octets`].
-    pub fn exchange(&mut self) -> Result<Values, SessionError> {
+    pub(crate) fn exchange(&mut self) -> Result<Values, SessionError> {
         let (mut outputs, mut inputs) = ([0; PpoClient::MOST], [0; PpoClient::MOST]);
         let outputs = self.client.outputs(&mut outputs);
         let inputs = inputs.get_mut(..self.client.kind().len()).unwrap_or_default();
@@ -92,7 +87,7 @@ impl<L: Link, C: Clock> ProfileDrive<L, C> {
     ///
     /// # Errors
     /// [`DriveError`]; after [`DriveError::Unanswered`] it is not known whether the job was done.
-    pub fn job(&mut self, job: Job) -> Result<Reply, DriveError> {
+    pub(crate) fn job(&mut self, job: Job) -> Result<Reply, DriveError> {
         self.client.submit(self.session.now(), job)?;
         loop {
             let exchanged = self.exchange();
@@ -109,7 +104,7 @@ impl<L: Link, C: Clock> ProfileDrive<L, C> {
     ///
     /// # Errors
     /// As [`ProfileDrive::job`].
-    pub fn read(
+    pub(crate) fn read(
         &mut self,
         pnu: Pnu,
         element: Option<Subindex>,
@@ -124,7 +119,12 @@ impl<L: Link, C: Clock> ProfileDrive<L, C> {
     ///
     /// # Errors
     /// As [`ProfileDrive::job`].
-    pub fn write(&mut self, pnu: Pnu, element: Option<Subindex>, value: Value) -> Result<Value, DriveError> {
+    pub(crate) fn write(
+        &mut self,
+        pnu: Pnu,
+        element: Option<Subindex>,
+        value: Value,
+    ) -> Result<Value, DriveError> {
         self.value(match element {
             Some(element) => Job::write_element(pnu, element, value),
             None => Job::write(pnu, value),
@@ -144,7 +144,7 @@ impl<L: Link, C: Clock> ProfileDrive<L, C> {
     ///
     /// # Errors
     /// As [`ProfileDrive::exchange`].
-    pub fn reach(&mut self, goal: PpoGoal) -> Result<ProfileReached, SessionError> {
+    pub(crate) fn reach(&mut self, goal: PpoGoal) -> Result<ProfileReached, SessionError> {
         self.client.pursue(self.session.now(), goal);
         loop {
             if let Some(outcome) = self.client.poll_outcome() {

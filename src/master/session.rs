@@ -192,18 +192,13 @@ impl<L: Link, C: Clock> Session<L, C> {
     }
 
     /// What ends a wait.
-    pub const fn stop(&self) -> &Stop {
+    pub(crate) const fn stop(&self) -> &Stop {
         &self.stop
     }
 
     /// How this master takes part in the line.
-    pub const fn settings(&self) -> &Settings {
+    pub(crate) const fn settings(&self) -> &Settings {
         &self.settings
-    }
-
-    /// The link, and nothing else of the session.
-    pub fn link_mut(&mut self) -> &mut L {
-        self.phy.link_mut()
     }
 
     /// Asks who is at each address, and tells one after the other: `None` if nobody answers.
@@ -268,7 +263,7 @@ impl<L: Link, C: Clock> Session<L, C> {
     ///
     /// # Errors
     /// As [`Session::start`].
-    pub fn start_slave(&mut self, address: Address, slave: &Slave) -> Result<(), SessionError> {
+    pub(crate) fn start_slave(&mut self, address: Address, slave: &Slave) -> Result<(), SessionError> {
         if self.drive(address).is_some_and(|drive| drive.started) {
             return Ok(());
         }
@@ -366,7 +361,7 @@ impl<L: Link, C: Clock> Session<L, C> {
     ///
     /// # Errors
     /// As [`Session::exchange_with`].
-    pub fn exchange_octets(
+    pub(crate) fn exchange_octets(
         &mut self,
         address: Address,
         outputs: &[u8],

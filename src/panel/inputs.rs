@@ -17,6 +17,9 @@ use super::station::PowerName;
 use crate::face::Description;
 use crate::face::surroundings::{Declined, Input, InputKind, Level, Surroundings};
 
+/// The longest lease of a key.
+const LONGEST_LEASE: u32 = 60_000;
+
 /// The inputs of a station: numbers, `true` or `false`, `null` for what follows from everything else. Which there are
 /// depends on the device.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
@@ -117,6 +120,9 @@ pub(super) struct InputState {
     /// `null`: calculated by the device.
     #[schema(value_type = Option<Value>)]
     value: Value,
+    /// What the device calculates while it is `null`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    calculated: Option<f64>,
     /// What it is when everything is as it should be.
     #[schema(value_type = Option<Value>)]
     nominal: Value,
@@ -227,7 +233,13 @@ pub(super) async fn press(
     place: Place,
     Body(KeyPress { key, pressed, lease_milliseconds }): Body<KeyPress>,
 ) -> Result<Json<Keys>, Problem> {
-    let (name, pressed, lease) = (key.clone(), pressed, lease_milliseconds);
+    if let Some(wrong) = lease_milliseconds.filter(|lease| !(1..=LONGEST_LEASE).contains(lease)) {
+        return Err(Problem::value(format!(
+            "lease_milliseconds must be within 1 to {LONGEST_LEASE}, got {wrong}"
+        )));
+    }
+    // Before it is pressed, so that no lease that has ended releases it.
+    place.lease(&key, lease_milliseconds.filter(|_| pressed));
     let press = move |station: &mut dyn Description, acted: &Acted<'_>| {
         station.press(acted.now, &key, pressed).map_err(|declined| match declined {
             Declined::SwitchedOff => switched_off(),
@@ -238,9 +250,7 @@ pub(super) async fn press(
             }
         })
     };
-    let keys = place.act(press, |station| Keys { keys: KeyState::all(station) }).await?;
-    place.lease(name, lease.filter(|_| pressed));
-    Ok(Json(keys))
+    place.act(press, |station| Json(Keys { keys: KeyState::all(station) })).await
 }
 
 /// Switches the supply on or off
@@ -351,6 +361,7 @@ impl InputState {
                 input: input.name,
                 text: input.about,
                 value: value_of(level),
+                calculated: device.calculated(input.name).filter(|_| level == Level::Own),
                 nominal: device.nominal(input.name).map_or(Value::Null, value_of),
                 low,
                 high,

@@ -213,17 +213,6 @@ pub(super) fn address(text: &str) -> Result<u8, Problem> {
     })
 }
 
-/// Whether an address behind a '?' can be one.
-///
-/// # Errors
-/// 422 if no bus has it.
-pub(super) fn check_address(address: Option<u8>) -> Result<(), Problem> {
-    match address.filter(|address| *address > HIGHEST) {
-        Some(address) => Err(Problem::value(format!("address {address} is outside 0 to {HIGHEST}"))),
-        None => Ok(()),
-    }
-}
-
 /// An error and its causes.
 pub(super) fn in_one_line(error: &dyn Error) -> String {
     let mut line = error.to_string();
@@ -244,8 +233,14 @@ pub(super) struct Line {
     pub(super) link: Arc<str>,
     pub(super) asking: Asking,
     pub(super) hub: Hub,
-    /// Until when keys are held that nobody renews.
-    pub(super) leases: Arc<Mutex<BTreeMap<(u8, String), Moment>>>,
+    leases: Arc<Mutex<BTreeMap<(u8, String), Moment>>>,
+}
+
+impl Line {
+    /// Until when keys are held that nobody renews, by station and key.
+    pub(super) fn leases(&self) -> MutexGuard<'_, BTreeMap<(u8, String), Moment>> {
+        self.leases.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 /// Every line of the process that has a panel, and who reads their streams. A clone is the same.
@@ -271,8 +266,9 @@ impl Lines {
         &self.readers
     }
 
-    pub(super) fn add(&self, line: Line) {
-        self.locked().push(line);
+    /// Adds a line of this name on this bus.
+    pub(super) fn add(&self, (name, kind): (Arc<str>, BusKind), asking: Asking, hub: Hub) {
+        self.locked().push(Line { name, kind, link: "".into(), asking, hub, leases: Arc::default() });
     }
 
     pub(super) fn set_link(&self, name: &str, link: &str) {
@@ -299,6 +295,21 @@ impl Lines {
             let names: Vec<&str> = lines.iter().map(|line| &*line.name).collect();
             Problem::not_found(format!("there is no line '{name}'; there is {}", names.join(", ")))
         })
+    }
+
+    /// Whether there can be a station at this address.
+    ///
+    /// # Errors
+    /// 422 if no line has such an address.
+    pub(super) fn check(&self, address: u8) -> Result<(), Problem> {
+        let is_possible = |line: &Line| match line.kind {
+            BusKind::Profibus => address < HIGHEST,
+            BusKind::Can => address > 0 && address <= HIGHEST,
+        };
+        match self.locked().iter().any(is_possible) {
+            true => Ok(()),
+            false => Err(Problem::value(format!("no station can have address {address} here"))),
+        }
     }
 
     /// The one line that has a station at this address; the first where none has.

@@ -93,7 +93,7 @@ pub use line::Lines;
 pub use line::can::{NodeAccess, Seated};
 pub use line::profibus::BusAccess;
 
-use line::{Line, OfLine};
+use line::OfLine;
 use running::{Place, Running, StartError};
 use server::Names;
 
@@ -177,14 +177,7 @@ impl Panel {
         let (lines, beside) = (lines.clone(), hub.clone().run(asking.clone()));
         let running = Running::start(at(place, reach), routes::router(lines.clone()), beside)
             .map_err(|error| PanelError::of(place, error))?;
-        lines.add(Line {
-            name: Arc::clone(&name),
-            kind: bus,
-            link: "".into(),
-            asking,
-            hub,
-            leases: Arc::default(),
-        });
+        lines.add((Arc::clone(&name), bus), asking, hub);
         Ok(Self { running, requests, feed, sent: stream::SentSettings::default(), lines, name })
     }
 

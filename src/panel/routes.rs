@@ -94,10 +94,10 @@ impl Place {
         done.await?
     }
 
-    /// A key that is held is released when its lease has ended; without one it stays held.
-    pub(super) fn lease(&self, key: String, milliseconds: Option<u32>) {
-        let at = (self.address, key);
-        let mut leases = self.line.leases.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    /// Held from now on, a key is released when its lease has ended; without one it stays held.
+    pub(super) fn lease(&self, key: &str, milliseconds: Option<u32>) {
+        let at = (self.address, key.to_owned());
+        let mut leases = self.line.leases();
         let Some(milliseconds) = milliseconds else {
             leases.remove(&at);
             return;
@@ -110,30 +110,37 @@ impl Place {
 
     /// Waits until nobody renews the lease of a key, and releases it.
     async fn release_in_time(self, key: String) {
-        let at = (self.address, key.clone());
+        let at = (self.address, key);
         loop {
-            let end = {
-                let mut leases = self.line.leases.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-                match leases.get(&at) {
-                    Some(end) if *end > Moment::now() => *end,
-                    Some(_) => {
-                        leases.remove(&at);
-                        break;
-                    }
-                    // It was released, or is held without a lease.
-                    None => return,
-                }
-            };
-            // Another press may have brought the end forward.
-            sleep_until(end.min(Moment::now() + LOOK)).await;
+            let end = self.line.leases().get(&at).copied();
+            match end {
+                // Another press may have brought the end forward.
+                Some(end) if end > Moment::now() => sleep_until(end.min(Moment::now() + LOOK)).await,
+                Some(_) => self.release(&at).await,
+                // It was released, or is held without a lease.
+                None => return,
+            }
         }
-        let release = move |station: &mut dyn Description, acted: &Acted<'_>| {
-            // A key of a station that is off is up.
-            let _ = station.press(acted.now, &key, false);
-            Ok(())
-        };
-        // Without the station there is no key.
-        let _ = self.act(release, |_| ()).await;
+    }
+
+    /// Releases a key, unless its lease was renewed meanwhile. Whoever presses renews it first.
+    async fn release(&self, at: &(u8, String)) {
+        let (line, at) = (self.line.clone(), at.clone());
+        let released = self.line.asking.ask(move |bench| {
+            let mut leases = line.leases();
+            if leases.get(&at).is_some_and(|end| *end <= Moment::now()) {
+                leases.remove(&at);
+                // Without the station, or its supply, the key is up.
+                let _ = bench.act(at.0, &|station, acted| {
+                    let _ = station.press(acted.now, &at.1, false);
+                    Ok(())
+                });
+            }
+        });
+        if released.await.is_err() {
+            // The line has no time.
+            sleep_until(Moment::now() + LOOK).await;
+        }
     }
 }
 

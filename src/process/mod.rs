@@ -79,7 +79,7 @@ pub struct Point {
 }
 
 /// The output of another slave: its address, and where the value lies there. `None`: there is none.
-pub type Others<'a> = &'a dyn Fn(Address, Point) -> Option<f64>;
+pub(crate) type Others<'a> = &'a dyn Fn(Address, Point) -> Option<f64>;
 
 /// Inputs and outputs of a slave, slot by slot.
 pub struct Image<'a> {

@@ -104,7 +104,7 @@ impl Source {
     ///
     /// # Errors
     /// [`SourceError`].
-    pub fn check(&self) -> Result<(), SourceError> {
+    pub(crate) fn check(&self) -> Result<(), SourceError> {
         let finite =
             |name, value: f64| if value.is_finite() { Ok(()) } else { Err(SourceError::Number(name)) };
         let some = |name, time: Duration| if time.is_zero() { Err(SourceError::Time(name)) } else { Ok(()) };

@@ -52,7 +52,7 @@ impl Table {
     ///
     /// # Errors
     /// [`TableError`].
-    pub fn read(text: &str) -> Result<Self, TableError> {
+    pub(crate) fn read(text: &str) -> Result<Self, TableError> {
         let mut rows: Vec<(Duration, f64)> = Vec::new();
         let lines = text.trim_start_matches('\u{feff}').lines().zip(1..);
         let mut lines =

@@ -81,7 +81,7 @@ impl ValueType {
     ];
 
     /// How many octets it has.
-    pub const fn octets(self) -> usize {
+    pub(crate) const fn octets(self) -> usize {
         match self {
             Self::Bit(_) | Self::Unsigned8 | Self::Signed8 => 1,
             Self::Unsigned16 | Self::Signed16 => 2,
@@ -90,7 +90,7 @@ impl ValueType {
     }
 
     /// The least and the greatest value.
-    pub const fn range(self) -> (f64, f64) {
+    pub(crate) const fn range(self) -> (f64, f64) {
         match self {
             Self::Bit(_) => (0.0, 1.0),
             Self::Unsigned8 => (0.0, u8::MAX as f64),
@@ -104,7 +104,7 @@ impl ValueType {
     }
 
     /// The value at an offset; `None` if the octets are not there. A bit is 0 or 1.
-    pub fn read(self, octets: &[u8], offset: usize) -> Option<f64> {
+    pub(crate) fn read(self, octets: &[u8], offset: usize) -> Option<f64> {
         let field = octets.get(offset..)?.get(..self.octets())?;
         let word = field.iter().fold(0_u32, |word, octet| word << 8 | u32::from(*octet));
         let unsigned = f64::from(word);
@@ -123,7 +123,7 @@ impl ValueType {
     ///
     /// # Errors
     /// [`ValueError`]; nothing is written then.
-    pub fn write(self, octets: &mut [u8], offset: usize, value: f64) -> Result<(), ValueError> {
+    pub(crate) fn write(self, octets: &mut [u8], offset: usize, value: f64) -> Result<(), ValueError> {
         let bits = self.bits(value)?;
         let got = octets.len();
         let needed = offset.saturating_add(self.octets());
@@ -138,7 +138,7 @@ impl ValueType {
     }
 
     /// The unsigned integer of so many octets: 1, 2 or 4.
-    pub const fn of_octets(octets: usize) -> Self {
+    pub(crate) const fn of_octets(octets: usize) -> Self {
         match octets {
             ..=1 => Self::Unsigned8,
             2 => Self::Unsigned16,
@@ -147,7 +147,7 @@ impl ValueType {
     }
 
     /// The nearest value that it can hold; 0 for what is no number.
-    pub fn nearest(self, value: f64) -> f64 {
+    pub(crate) fn nearest(self, value: f64) -> f64 {
         let (least, most) = self.range();
         match self {
             _ if value.is_nan() => 0.0,
@@ -163,7 +163,7 @@ impl ValueType {
     }
 
     /// The bits of its octets that are its own, as a big-endian word.
-    pub const fn mask(self) -> u32 {
+    pub(crate) const fn mask(self) -> u32 {
         match self {
             Self::Bit(bit) => 1 << if bit < 8 { bit } else { 7 },
             Self::Unsigned8 | Self::Signed8 => 0xFF,

@@ -70,7 +70,8 @@ test("the banner of a fault tells its cause, whether that persists, and the way 
     const words = (await page.locator("#why-way").textContent()).match(/\b[0-9A-F]{4}\b/g);
     for (const word of words) await master.command(5, parseInt(word, 16));
     await text(page, "#why-title", /^(Ready|It moves)/);
-    await until("no way", () => page.locator("#why-way").textContent(), (way) => way === "");
+    // What is left is the start: a change of STW.6.
+    await until("the start", () => page.locator("#why-way").textContent(), (way) => way === "" || /^Next: send STW [0-9A-F]{4}$/.test(way));
   });
 });
 

@@ -378,9 +378,13 @@ fn events_of_before_are_told_to_who_comes_late() {
         news("").iter().any(|event| event["number"] == told["number"] && event["text"] == told["text"]),
         "{told}"
     );
-    for (query, status) in
-        [("?line=cellar", 404), ("?address=128", 422), ("?since=3", 400), ("?address=x", 400)]
-    {
+    for (query, status) in [
+        ("?line=cellar", 404),
+        ("?address=0", 422),
+        ("?address=128", 422),
+        ("?since=3", 400),
+        ("?address=x", 400),
+    ] {
         let answer = rig.emulator.request("GET", &format!("/api/v1/events/recent{query}"), "", "");
         assert_eq!(answer.status, status, "{query}: {answer:?}");
     }

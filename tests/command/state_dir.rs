@@ -11,9 +11,9 @@ use std::time::Duration;
 
 use common::{CFG, IDENT, MASTER, SLAVE, telegram};
 use profidrive::devices::ag03::param::{Gear, Model, Parameter, Pnu, Value};
-use profidrive::devices::ag03::profibus::{Config, MAX_TELEGRAM_LEN};
+use profidrive::devices::ag03::profibus::{Config, Device, MAX_TELEGRAM_LEN};
 use profidrive::devices::ag03::unit::{IMAGE_LEN, Image};
-use profidrive::host::{StateDir, StateDirError, StoredDevice};
+use profidrive::host::{StateDir, StateDirError, Stored};
 use profidrive::profibus::fdl::{Address, FrameCount, FunctionCode, Service};
 use profidrive::profibus::ppo::{Ind, JobId, Pke, Pkw};
 use profidrive::time::Instant;
@@ -146,7 +146,7 @@ fn what_a_killed_emulator_left_half_written_is_removed_and_nothing_else() {
 
 /// A drive on its own, asked by a scripted master.
 struct Bench {
-    drive: StoredDevice,
+    drive: Stored<Device>,
     now: Instant,
     count: FrameCount,
 }
@@ -166,12 +166,14 @@ impl Bench {
         let fc = FunctionCode::request(Service::SrdHigh, self.count);
         self.count = if self.count == FrameCount::Even { FrameCount::Odd } else { FrameCount::Even };
         self.now = self.now.saturating_add(Duration::from_millis(5));
-        self.drive.handle_timeout(self.now);
-        self.drive.handle_bytes(self.now, &telegram(SLAVE, MASTER, fc, dsap, data));
-        let due = self.drive.poll_timeout().unwrap();
-        self.drive.handle_timeout(due);
+        self.drive.act(self.now, |drive| drive.handle_timeout(self.now));
+        self.drive
+            .act(self.now, |drive| drive.handle_bytes(self.now, &telegram(SLAVE, MASTER, fc, dsap, data)));
+        let due = self.drive.unit().poll_timeout().unwrap();
+        self.drive.act(due, |drive| drive.handle_timeout(due));
         let mut buf = [0; MAX_TELEGRAM_LEN];
-        let reply = self.drive.poll_transmit(due, &mut buf).unwrap_or_else(|| panic!("no reply at {due}"));
+        let reply =
+            self.drive.unit_mut().poll_transmit(due, &mut buf).unwrap_or_else(|| panic!("no reply at {due}"));
         if reply.len() > 11 { reply[reply.len() - 16..reply.len() - 2].to_vec() } else { Vec::new() }
     }
 
@@ -205,7 +207,7 @@ fn a_disk_that_takes_nothing_refuses_writes_and_harms_neither_drive_nor_file() {
     fs::rename(&directory, &away).unwrap();
     for value in [71, 72] {
         assert_eq!(bench.write_v_pos(value), (0x73EC, 18));
-        assert_eq!(bench.drive.device().parameters().value(Parameter::VPos), 70);
+        assert_eq!(bench.drive.unit().parameters().value(Parameter::VPos), 70);
     }
     assert_eq!(stored_v_pos(&away), 70);
 
@@ -403,26 +405,26 @@ fn a_drive_that_is_dropped_runs_out_and_is_found_where_it_stopped() {
     }
     bench.now = bench.now.saturating_add(Duration::from_secs(3));
     let inputs = exchange(&mut bench, 0x7B);
-    let travelled = bench.drive.device().status().position;
+    let travelled = bench.drive.unit().status().position;
     assert!(travelled > 1000, "{travelled}, {inputs:02X?}");
     drop(bench);
     drop(state);
     let state = StateDir::open(folder.path()).unwrap();
-    let found = state.load(config(), Instant::ZERO).unwrap().device().status().position;
+    let found = state.load(config(), Instant::ZERO).unwrap().unit().status().position;
     assert!(found > travelled && found < travelled + 1000, "{travelled}, then {found}");
     assert!(matches!(StateDir::open(folder.path()), Err(StateDirError::InUse { .. })));
 }
 
 /// Writes v-Pos as the panel does, without the bus.
-fn set_v_pos(drive: &mut StoredDevice, value: u16) {
+fn set_v_pos(drive: &mut Stored<Device>, value: u16) {
     let pnu = Pnu::new(1004).unwrap();
     let now = Instant::from_millis(10);
-    drive.device_mut().write_parameter(now, pnu, None, Value::Word(value)).unwrap();
-    drive.handle_timeout(now);
+    drive.unit_mut().write_parameter(now, pnu, None, Value::Word(value)).unwrap();
+    drive.act(now, |drive| drive.handle_timeout(now));
 }
 
-fn v_pos(drive: &StoredDevice) -> i32 {
-    drive.device().parameters().value(Parameter::VPos)
+fn v_pos(drive: &Stored<Device>) -> i32 {
+    drive.unit().parameters().value(Parameter::VPos)
 }
 
 #[test]
@@ -445,10 +447,10 @@ fn a_file_belongs_to_one_drive_wherever_its_dip_switches_take_it() {
     let folder = tempfile::tempdir().unwrap();
     let state = StateDir::open(folder.path()).unwrap();
     let mut moved = state.load(config(), Instant::ZERO).unwrap();
-    moved.device_mut().power_off(Instant::from_millis(1));
-    moved.device_mut().set_switches(Address::station(6).unwrap().into());
-    moved.device_mut().power_on(Instant::from_millis(2));
-    assert_eq!(moved.device().address().number(), 6);
+    moved.unit_mut().power_off(Instant::from_millis(1));
+    moved.unit_mut().set_switches(Address::station(6).unwrap().into());
+    moved.unit_mut().power_on(Instant::from_millis(2));
+    assert_eq!(moved.unit().address().number(), 6);
 
     let error = state.load(config(), Instant::from_millis(3)).unwrap_err();
     assert!(error.to_string().contains("ag03-1-005.eeprom"), "{error}");

@@ -7,8 +7,8 @@ use std::path::Path;
 use std::time::Duration;
 
 use profidrive::devices::ag03::param::{Parameter, Pnu, Value};
-use profidrive::devices::ag03::profibus::{ApplicationCycle, Config, DipSwitches, MAX_TELEGRAM_LEN};
-use profidrive::host::{StateDir, StateDirError, StoredDevice};
+use profidrive::devices::ag03::profibus::{ApplicationCycle, Config, Device, DipSwitches, MAX_TELEGRAM_LEN};
+use profidrive::host::{StateDir, StateDirError, Stored};
 use profidrive::profibus::fdl::{Address, FrameCount, FunctionCode, Service};
 use profidrive::profibus::ppo::{Ind, JobId, PPO_LEN, Pke, Pkw, ReplyId};
 use profidrive::time::Instant;
@@ -98,7 +98,7 @@ impl Known {
 }
 
 struct Unit {
-    drive: StoredDevice,
+    drive: Stored<Device>,
     count: FrameCount,
     /// In Data_Exchange.
     exchanging: bool,
@@ -149,8 +149,8 @@ fn address(number: u8) -> Address {
     Address::station(10 + number).unwrap()
 }
 
-fn values_of(drive: &StoredDevice) -> [i32; 3] {
-    PARAMETERS.map(|(_, parameter)| drive.device().parameters().value(parameter))
+fn values_of(drive: &Stored<Device>) -> [i32; 3] {
+    PARAMETERS.map(|(_, parameter)| drive.unit().parameters().value(parameter))
 }
 
 impl Unit {
@@ -158,12 +158,12 @@ impl Unit {
         let fc = FunctionCode::request(Service::SrdHigh, self.count);
         self.count = if self.count == FrameCount::Even { FrameCount::Odd } else { FrameCount::Even };
         *now = now.saturating_add(Duration::from_millis(5));
-        self.drive.handle_timeout(*now);
-        let da = self.drive.device().address().number();
-        self.drive.handle_bytes(*now, &telegram(da, MASTER, fc, dsap, data));
-        let due = self.drive.poll_timeout().unwrap();
-        self.drive.handle_timeout(due);
-        let reply = self.drive.poll_transmit(due, &mut [0; MAX_TELEGRAM_LEN]).unwrap().to_vec();
+        self.drive.act(*now, |drive| drive.handle_timeout(*now));
+        let da = self.drive.unit().address().number();
+        self.drive.act(*now, |drive| drive.handle_bytes(*now, &telegram(da, MASTER, fc, dsap, data)));
+        let due = self.drive.unit().poll_timeout().unwrap();
+        self.drive.act(due, |drive| drive.handle_timeout(due));
+        let reply = self.drive.unit_mut().poll_transmit(due, &mut [0; MAX_TELEGRAM_LEN]).unwrap().to_vec();
         if reply.len() > PPO_LEN {
             reply[reply.len() - 2 - PPO_LEN..reply.len() - 2].to_vec()
         } else {
@@ -271,7 +271,7 @@ impl World {
             self.open_job(key, &unit);
             unit.give_up();
             // Outcomes that are known change it before it goes.
-            unit.drive.handle_timeout(self.now);
+            unit.drive.act(self.now, |drive| drive.handle_timeout(self.now));
             if !unit.given_up {
                 self.left_with.insert(key, values_of(&unit.drive));
             }
@@ -287,14 +287,13 @@ impl World {
 
     fn change_address(&mut self, key: u8, to: u8) {
         // As the panel refuses it.
-        let taken =
-            |(other, unit): (&u8, &Unit)| *other != key && unit.drive.device().address() == address(to);
+        let taken = |(other, unit): (&u8, &Unit)| *other != key && unit.drive.unit().address() == address(to);
         if self.units.iter().any(taken) {
             return;
         }
         self.switch(key, false);
         if let Some(unit) = self.units.get_mut(&key) {
-            unit.drive.device_mut().set_switches(DipSwitches::from(address(to)));
+            unit.drive.unit_mut().set_switches(DipSwitches::from(address(to)));
         }
         self.switch(key, true);
     }
@@ -304,14 +303,14 @@ impl World {
         self.now = self.now.saturating_add(Duration::from_millis(1));
         let before = values_of(&unit.drive);
         if on {
-            unit.drive.device_mut().power_on(self.now);
+            unit.drive.unit_mut().power_on(self.now);
         } else {
             self.open_job(key, &unit);
             unit.give_up();
-            unit.drive.device_mut().power_off(self.now);
+            unit.drive.unit_mut().power_off(self.now);
         }
         assert_eq!(values_of(&unit.drive), before, "switched");
-        unit.drive.handle_timeout(self.now);
+        unit.drive.act(self.now, |drive| drive.handle_timeout(self.now));
         self.units.insert(key, unit);
     }
 
@@ -322,7 +321,7 @@ impl World {
 
     fn write(&mut self, key: u8, which: usize, value: Option<i32>) {
         let Some(unit) = self.units.get_mut(&key) else { return };
-        if unit.drive.device().power() != profidrive::devices::ag03::profibus::Power::On {
+        if unit.drive.unit().power() != profidrive::devices::ag03::profibus::Power::On {
             return;
         }
         if unit.job.is_none() {
@@ -377,19 +376,19 @@ impl World {
 
     fn panel(&mut self, key: u8, which: usize, value: Option<i32>) {
         let Some(unit) = self.units.get_mut(&key) else { return };
-        if unit.drive.device().power() != profidrive::devices::ag03::profibus::Power::On {
+        if unit.drive.unit().power() != profidrive::devices::ag03::profibus::Power::On {
             return;
         }
         let pnu = Pnu::new(PARAMETERS[which].0).unwrap();
         let value = value.unwrap_or_else(|| values_of(&unit.drive)[which]);
         let value_written = Value::Double(value.cast_unsigned());
-        unit.drive.device_mut().write_parameter(self.now, pnu, None, value_written).unwrap();
+        unit.drive.unit_mut().write_parameter(self.now, pnu, None, value_written).unwrap();
         assert_eq!(values_of(&unit.drive)[which], value);
         if let Some(job) = &mut unit.job {
             job.past_the_bus[which].push(value);
         }
         self.known.get_mut(&key).unwrap()[which].open.push(value);
-        unit.drive.handle_timeout(self.now);
+        unit.drive.act(self.now, |drive| drive.handle_timeout(self.now));
     }
 
     fn kill(&mut self, calls: u32, power: Option<usize>) {

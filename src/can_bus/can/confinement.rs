@@ -14,7 +14,7 @@
 use core::fmt;
 
 /// Bits of silence after which a station that is bus off is error active again.
-pub const RECOVERY: u32 = 128 * 11;
+pub(crate) const RECOVERY: u32 = 128 * 11;
 
 /// A counter from here on is a warning.
 const WARNING: u16 = 96;
@@ -57,7 +57,7 @@ pub struct Confinement {
 impl Confinement {
     /// The counters of a station that is in `state`, with as few errors as that takes.
     #[must_use]
-    pub const fn in_state(state: ErrorState) -> Self {
+    pub(crate) const fn in_state(state: ErrorState) -> Self {
         let tec = match state {
             ErrorState::Active => 0,
             ErrorState::Passive => LAST_ACTIVE + 1,
@@ -67,7 +67,7 @@ impl Confinement {
     }
 
     /// What the station may do.
-    pub const fn state(&self) -> ErrorState {
+    pub(crate) const fn state(&self) -> ErrorState {
         if self.tec > LAST_ON_BUS {
             ErrorState::BusOff
         } else if self.tec > LAST_ACTIVE || self.rec > LAST_ACTIVE {
@@ -78,7 +78,7 @@ impl Confinement {
     }
 
     /// Whether a counter is at 96 or above.
-    pub const fn is_warning(&self) -> bool {
+    pub(crate) const fn is_warning(&self) -> bool {
         self.tec >= WARNING || self.rec >= WARNING
     }
 
@@ -90,34 +90,34 @@ impl Confinement {
 
     /// The receive error counter.
     #[doc(alias = "REC")]
-    pub const fn receive_errors(&self) -> u16 {
+    pub(crate) const fn receive_errors(&self) -> u16 {
         self.rec
     }
 
     /// A frame of this station was sent.
-    pub const fn sent(&mut self) {
+    pub(crate) const fn sent(&mut self) {
         self.tec = self.tec.saturating_sub(1);
     }
 
     /// A frame of this station ended in an error.
-    pub const fn sending_failed(&mut self) {
+    pub(crate) const fn sending_failed(&mut self) {
         self.tec = self.tec.saturating_add(SENDING_ERROR);
     }
 
     /// Nobody acknowledged a frame of this station. That alone never takes it off the bus.
-    pub const fn not_acknowledged(&mut self) {
+    pub(crate) const fn not_acknowledged(&mut self) {
         if let ErrorState::Active = self.state() {
             self.sending_failed();
         }
     }
 
     /// A frame of another station was received.
-    pub const fn received(&mut self) {
+    pub(crate) const fn received(&mut self) {
         self.rec = if self.rec > LAST_ACTIVE { LAST_ACTIVE } else { self.rec.saturating_sub(1) };
     }
 
     /// A frame of another station ended in an error.
-    pub const fn receiving_failed(&mut self) {
+    pub(crate) const fn receiving_failed(&mut self) {
         // Above 127 it says no more than that the station is error passive.
         if self.rec <= LAST_ACTIVE {
             self.rec += 1;

@@ -23,7 +23,7 @@ pub struct BaseId(u16);
 
 impl BaseId {
     /// The highest identifier, which loses against every other base identifier.
-    pub const MAX: Self = Self(0x7FF);
+    pub(crate) const MAX: Self = Self(0x7FF);
 
     /// The identifier `number`.
     ///
@@ -34,7 +34,7 @@ impl BaseId {
     }
 
     /// The number, 0..=7FFh.
-    pub const fn number(self) -> u16 {
+    pub(crate) const fn number(self) -> u16 {
         self.0
     }
 }
@@ -45,18 +45,18 @@ pub struct ExtendedId(u32);
 
 impl ExtendedId {
     /// The highest identifier, which loses against every other.
-    pub const MAX: Self = Self(0x1FFF_FFFF);
+    pub(crate) const MAX: Self = Self(0x1FFF_FFFF);
 
     /// The identifier `number`.
     ///
     /// # Errors
     /// [`IdError::Extended`] above 1FFFFFFFh.
-    pub const fn new(number: u32) -> Result<Self, IdError> {
+    pub(crate) const fn new(number: u32) -> Result<Self, IdError> {
         if number <= Self::MAX.0 { Ok(Self(number)) } else { Err(IdError::Extended { got: number }) }
     }
 
     /// The number, 0..=1FFFFFFFh.
-    pub const fn number(self) -> u32 {
+    pub(crate) const fn number(self) -> u32 {
         self.0
     }
 }
@@ -285,7 +285,7 @@ impl Frame {
     }
 
     /// What decides between this frame and others that begin at the same instant.
-    pub const fn priority(&self) -> Priority {
+    pub(crate) const fn priority(&self) -> Priority {
         Priority::of(self.id, self.remote)
     }
 }

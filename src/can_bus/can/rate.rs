@@ -34,7 +34,7 @@ impl BitRate {
     ///
     /// # Errors
     /// [`BitRateError`] for 0 and above 1000000.
-    pub const fn from_bits_per_second(bits: u32) -> Result<Self, BitRateError> {
+    pub(crate) const fn from_bits_per_second(bits: u32) -> Result<Self, BitRateError> {
         match NonZeroU32::new(bits) {
             Some(rate) if bits <= Self::MAX => Ok(Self(rate)),
             Some(_) | None => Err(BitRateError { got: bits }),
@@ -42,12 +42,12 @@ impl BitRate {
     }
 
     /// Bits per second.
-    pub const fn bits_per_second(self) -> u32 {
+    pub(crate) const fn bits_per_second(self) -> u32 {
         self.0.get()
     }
 
     /// How long `bits` bits last, rounded up to whole nanoseconds.
-    pub const fn bit_times(self, bits: u32) -> Duration {
+    pub(crate) const fn bit_times(self, bits: u32) -> Duration {
         Duration::from_nanos((bits as u64 * 1_000_000_000).div_ceil(self.0.get() as u64))
     }
 }

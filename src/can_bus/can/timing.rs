@@ -12,13 +12,13 @@
 use super::{Content, Frame, Id};
 
 /// Bits between two frames (intermission).
-pub const INTERMISSION: u32 = 3;
+pub(crate) const INTERMISSION: u32 = 3;
 
 /// Bits of an error frame: the flag of the first who sees the error, that of the others, the delimiter.
-pub const ERROR_FRAME: u32 = 6 + 6 + 8;
+pub(crate) const ERROR_FRAME: u32 = 6 + 6 + 8;
 
 /// Bits that an error passive transmitter waits more than others before it sends again.
-pub const SUSPEND: u32 = 8;
+pub(crate) const SUSPEND: u32 = 8;
 
 /// CRC delimiter, acknowledge slot and its delimiter, end of frame: never stuffed.
 const TAIL: u32 = 1 + 2 + 7;

@@ -62,12 +62,12 @@ codes! {
 
 impl Abort {
     /// A code by its number.
-    pub const fn from_code(code: u32) -> Self {
+    pub(crate) const fn from_code(code: u32) -> Self {
         Self(code)
     }
 
     /// What the client should do, for codes of a request that it can correct.
-    pub const fn cure(self) -> Option<&'static str> {
+    pub(crate) const fn cure(self) -> Option<&'static str> {
         match self {
             Self::UNSUPPORTED_ACCESS => Some("check command specifier and number of octets"),
             Self::NO_OBJECT | Self::NO_SUB => Some("the EDS of the device lists what there is"),

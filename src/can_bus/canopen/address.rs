@@ -10,9 +10,9 @@ pub struct NodeId(u8);
 
 impl NodeId {
     /// The lowest number.
-    pub const MIN: Self = Self(1);
+    pub(crate) const MIN: Self = Self(1);
     /// The highest number.
-    pub const MAX: Self = Self(127);
+    pub(crate) const MAX: Self = Self(127);
 
     /// The node `number`.
     ///

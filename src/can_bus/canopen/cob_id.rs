@@ -11,25 +11,25 @@ use super::address::NodeId;
 use crate::can_bus::can::{BaseId, ExtendedId, Id};
 
 /// NMT commands.
-pub const NMT: u16 = 0x000;
+pub(crate) const NMT: u16 = 0x000;
 /// The same as an identifier.
-pub const NMT_ID: Id = match Id::base(NMT) {
+pub(crate) const NMT_ID: Id = match Id::base(NMT) {
     Ok(id) => id,
     Err(_) => Id::Base(BaseId::MAX),
 };
 /// SYNC unless 1005h says otherwise.
-pub const SYNC: u16 = 0x080;
+pub(crate) const SYNC: u16 = 0x080;
 /// EMCY, plus the node number, unless 1014h says otherwise.
-pub const EMCY: u16 = 0x080;
+pub(crate) const EMCY: u16 = 0x080;
 /// SDO answers, plus the node number.
-pub const SDO_SERVER: u16 = 0x580;
+pub(crate) const SDO_SERVER: u16 = 0x580;
 /// SDO requests, plus the node number.
-pub const SDO_CLIENT: u16 = 0x600;
+pub(crate) const SDO_CLIENT: u16 = 0x600;
 /// Boot-up, heartbeat, guarding, plus the node number.
-pub const ERROR_CONTROL: u16 = 0x700;
+pub(crate) const ERROR_CONTROL: u16 = 0x700;
 
 /// The identifier `service` of node `node`.
-pub const fn of_node(service: u16, node: NodeId) -> Id {
+pub(crate) const fn of_node(service: u16, node: NodeId) -> Id {
     // Services end at 700h, nodes at 127: always 11 bits.
     match BaseId::new(service + node.number() as u16) {
         Ok(id) => Id::Base(id),
@@ -43,31 +43,31 @@ pub struct CobId(pub u32);
 
 impl CobId {
     /// Bit 31.
-    pub const INVALID: u32 = 1 << 31;
+    pub(crate) const INVALID: u32 = 1 << 31;
     /// Bit 30.
-    pub const BIT_30: u32 = 1 << 30;
+    pub(crate) const BIT_30: u32 = 1 << 30;
     /// Bit 29.
-    pub const EXTENDED: u32 = 1 << 29;
+    pub(crate) const EXTENDED: u32 = 1 << 29;
     /// Bits 28..0.
     const IDENTIFIER: u32 = Self::EXTENDED - 1;
 
     /// Whether the service is on.
-    pub const fn is_valid(self) -> bool {
+    pub(crate) const fn is_valid(self) -> bool {
         self.0 & Self::INVALID == 0
     }
 
     /// Bit 30.
-    pub const fn bit_30(self) -> bool {
+    pub(crate) const fn bit_30(self) -> bool {
         self.0 & Self::BIT_30 != 0
     }
 
     /// Whether the identifier has 29 bits.
-    pub const fn is_extended(self) -> bool {
+    pub(crate) const fn is_extended(self) -> bool {
         self.0 & Self::EXTENDED != 0
     }
 
     /// The identifier, whether the service is on or off; `None` if bits above bit 10 are set without bit 29.
-    pub const fn id(self) -> Option<Id> {
+    pub(crate) const fn id(self) -> Option<Id> {
         let number = self.0 & Self::IDENTIFIER;
         if self.is_extended() {
             match ExtendedId::new(number) {
@@ -86,7 +86,7 @@ impl CobId {
     }
 
     /// The identifier if the service is on.
-    pub const fn active(self) -> Option<Id> {
+    pub(crate) const fn active(self) -> Option<Id> {
         if self.is_valid() { self.id() } else { None }
     }
 

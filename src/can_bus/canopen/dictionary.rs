@@ -46,7 +46,7 @@ pub enum ObjectType {
 
 impl ObjectType {
     /// The object code in EDS files.
-    pub const fn code(self) -> u8 {
+    pub(crate) const fn code(self) -> u8 {
         match self {
             Self::Var => 7,
             Self::Array => 8,
@@ -86,7 +86,7 @@ impl Object {
 }
 
 /// The object with that index in a sorted table.
-pub fn object(objects: &'static [Object], index: Index) -> Option<&'static Object> {
+pub(crate) fn object(objects: &'static [Object], index: Index) -> Option<&'static Object> {
     let place = objects.binary_search_by_key(&index, |object| object.index).ok()?;
     objects.get(place)
 }
@@ -321,7 +321,7 @@ impl Entry {
     }
 
     /// Whether a client may read it.
-    pub const fn readable(&self) -> bool {
+    pub(crate) const fn readable(&self) -> bool {
         match self.access {
             Access::Const | Access::Ro | Access::Rw => true,
             Access::Wo => false,
@@ -371,7 +371,7 @@ impl Entry {
     }
 
     /// The fewest and the most octets a value written may have.
-    pub const fn lengths(&self) -> (usize, usize) {
+    pub(crate) const fn lengths(&self) -> (usize, usize) {
         match (self.data.octets(), self.limits) {
             (Some(len), _) => (len, len),
             (None, Limits::MaxLen(most)) => (0, most),
@@ -383,7 +383,7 @@ impl Entry {
     }
 
     /// Where a value lies in the range.
-    pub fn place(&self, value: Value<'_>) -> Place {
+    pub(crate) fn place(&self, value: Value<'_>) -> Place {
         let Some(number) = value.number() else { return Place::Inside };
         match self.limits {
             Limits::Type | Limits::MaxLen(_) => Place::Inside,

@@ -46,7 +46,7 @@ impl Emergency {
 }
 
 /// The most entries in a history.
-pub const MAX_HISTORY: usize = 16;
+pub(crate) const MAX_HISTORY: usize = 16;
 
 /// Messages that wait for the end of the inhibit time. What is more is lost; the history has it.
 const MAX_WAITING: usize = 16;
@@ -59,7 +59,7 @@ pub(super) const ERROR_CONTROL: u16 = 0x8130;
 /// Bit 0 of the error register: any error.
 const GENERIC: u8 = 1 << 0;
 /// Bit 4 of the error register: communication.
-pub const COMMUNICATION: u8 = 1 << 4;
+pub(crate) const COMMUNICATION: u8 = 1 << 4;
 
 /// A communication error that the node itself sees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

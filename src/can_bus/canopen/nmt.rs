@@ -28,7 +28,7 @@ impl NmtState {
     }
 
     /// The state that `octet` stands for; bit 7 is not looked at. `None` for boot-up and unknown states.
-    pub const fn from_octet(octet: u8) -> Option<Self> {
+    pub(crate) const fn from_octet(octet: u8) -> Option<Self> {
         match octet & 0x7F {
             0x04 => Some(Self::Stopped),
             0x05 => Some(Self::Operational),
@@ -85,7 +85,7 @@ impl Command {
     /// ```
     ///
     /// Exactly two octets; others are ignored.
-    pub fn decode(frame: &Frame, own: NodeId) -> Option<Self> {
+    pub(crate) fn decode(frame: &Frame, own: NodeId) -> Option<Self> {
         let &[command, node] = frame.octets() else { return None };
         if node != 0 && node != own.number() {
             return None;
@@ -106,7 +106,7 @@ impl Command {
     }
 
     /// The first octet of the frame; power-on is no command of a bus and reads as 81h.
-    pub const fn octet(self) -> u8 {
+    pub(crate) const fn octet(self) -> u8 {
         match self {
             Self::Enter(NmtState::Operational) => 0x01,
             Self::Enter(NmtState::Stopped) => 0x02,

@@ -127,7 +127,7 @@ impl Node {
     }
 
     /// What a frame that this node sent is.
-    pub fn service_of(&self, frame: &Frame) -> Option<Service> {
+    pub(crate) fn service_of(&self, frame: &Frame) -> Option<Service> {
         let id = frame.id();
         if id == cob_id::of_node(cob_id::SDO_SERVER, self.node_id) {
             Some(Service::SdoAnswer)

@@ -17,7 +17,7 @@ use super::dictionary::{Home, Object};
 use super::pdo::{MAX_MAPPED, MAX_PDOS, PdoNumber};
 
 /// The most nodes under heartbeat supervision.
-pub const MAX_CONSUMERS: usize = 8;
+pub(crate) const MAX_CONSUMERS: usize = 8;
 
 /// One value that the node keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -81,7 +81,7 @@ pub enum PdoField {
 
 impl Parameter {
     /// What the node keeps at `at`, if anything.
-    pub const fn of(at: Address) -> Option<Self> {
+    pub(crate) const fn of(at: Address) -> Option<Self> {
         let (index, sub) = at.pair();
         Some(match (index, sub) {
             (0x1001, 0) => Self::ErrorRegister,

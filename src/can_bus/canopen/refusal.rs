@@ -84,14 +84,14 @@ impl From<Abort> for Broken {
 
 impl Refusal {
     /// Of a request that brings no value: a read, or a transfer that went wrong.
-    pub const fn new(at: Address, code: Abort, entry: Option<&'static Entry>) -> Self {
+    pub(crate) const fn new(at: Address, code: Abort, entry: Option<&'static Entry>) -> Self {
         Self { at, code, entry, written: None, rule: None }
     }
 
     /// Of a write of `octets`, as another end of the bus sees it: the rule is the one of the table, if that is broken. `unit`
     /// is what a number in the entry counts, empty if nothing is known.
     #[must_use]
-    pub fn of_write(
+    pub(crate) fn of_write(
         at: Address,
         code: Abort,
         entry: Option<&'static Entry>,
@@ -128,7 +128,7 @@ impl Refusal {
     }
 
     /// Why, without the entry: the abort code, what was expected and what came, what to do.
-    pub const fn reason(&self) -> Reason<'_> {
+    pub(crate) const fn reason(&self) -> Reason<'_> {
         Reason(self)
     }
 }

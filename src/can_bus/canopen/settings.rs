@@ -15,9 +15,9 @@ use super::refusal::{Broken, Rule};
 use crate::time::Instant;
 
 /// `save` as 1010h takes it, the letter s in the low octet.
-pub const SAVE: u32 = 0x6576_6173;
+pub(crate) const SAVE: u32 = 0x6576_6173;
 /// `load` as 1011h takes it.
-pub const LOAD: u32 = 0x6461_6F6C;
+pub(crate) const LOAD: u32 = 0x6461_6F6C;
 
 /// What is in the way of another identifier or another mapping.
 const PDO_ON: &str = "the PDO is on (bit 31 of its COB-ID is 0)";

@@ -35,7 +35,7 @@ const UNNAMED: [u8; 3] = *b"CO1";
 const ENTRY_HEADER_LEN: usize = 5;
 
 /// The most octets that a device keeps beside its dictionary.
-pub const MAX_BESIDE: usize = 32;
+pub(crate) const MAX_BESIDE: usize = 32;
 
 /// The entry of an image that holds them; there is no object 0000h.
 const BESIDE: Address = Address::new(0, 0);
@@ -105,7 +105,7 @@ impl Storage {
 
 impl Node {
     /// What the device keeps changed, with supply or without: an image is offered to the host.
-    pub fn offer_image(&mut self) {
+    pub(crate) fn offer_image(&mut self) {
         self.storage.changed();
     }
 

@@ -54,7 +54,7 @@ impl DataType {
     }
 
     /// Its name in CiA 301.
-    pub const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Boolean => "BOOLEAN",
             Self::I8 => "INTEGER8",
@@ -137,13 +137,13 @@ pub enum Value<'a> {
 
 impl<'a> Value<'a> {
     /// The characters of a VISIBLE_STRING.
-    pub const fn text(text: &'a str) -> Self {
+    pub(crate) const fn text(text: &'a str) -> Self {
         Self::Octets(text.as_bytes())
     }
 
     /// A whole number of type `data`, cut to its width; `None` for types that are no whole numbers.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "cut to its width, as said")]
-    pub const fn whole(data: DataType, number: i64) -> Option<Self> {
+    pub(crate) const fn whole(data: DataType, number: i64) -> Option<Self> {
         Some(match data {
             DataType::Boolean => Self::Boolean(number & 1 == 1),
             DataType::I8 => Self::I8(number as i8),

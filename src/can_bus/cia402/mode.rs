@@ -17,7 +17,7 @@ pub enum Mode {
 
 impl Mode {
     /// The mode of a code, `None` for 0 and codes of other modes.
-    pub const fn of(code: i8) -> Option<Self> {
+    pub(crate) const fn of(code: i8) -> Option<Self> {
         match code {
             1 => Some(Self::ProfilePosition),
             3 => Some(Self::ProfileVelocity),

@@ -6,7 +6,7 @@ use super::words::{Controlword, Statusword};
 
 impl Controlword {
     /// The names of the bits, bit 0 first. Without a mode those of the mode have none.
-    pub const fn names(mode: Option<Mode>) -> [&'static str; 16] {
+    pub(crate) const fn names(mode: Option<Mode>) -> [&'static str; 16] {
         let [four, five, six] = match mode {
             Some(Mode::ProfilePosition) => ["new set-point", "change set immediately", "relative"],
             Some(Mode::Homing) => ["homing operation start", "", ""],
@@ -36,7 +36,7 @@ impl Controlword {
 
 impl Statusword {
     /// The names of the bits, bit 0 first. Without a mode those of the mode have none.
-    pub const fn names(mode: Option<Mode>) -> [&'static str; 16] {
+    pub(crate) const fn names(mode: Option<Mode>) -> [&'static str; 16] {
         let [twelve, thirteen] = match mode {
             Some(Mode::ProfilePosition) => ["set-point acknowledge", "following error"],
             Some(Mode::Homing) => ["homing attained", "homing error"],

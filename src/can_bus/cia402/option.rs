@@ -81,7 +81,7 @@ impl Halt {
 
 impl FaultReaction {
     /// The option of a code of CiA 402.
-    pub const fn of(code: i16) -> Option<Self> {
+    pub(crate) const fn of(code: i16) -> Option<Self> {
         match code {
             0 => Some(Self(Stop::Coast)),
             1 => Some(Self(Stop::SlowDownRamp)),

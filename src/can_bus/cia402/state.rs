@@ -68,7 +68,7 @@ impl State {
     pub const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
 
     /// The transition that `event` causes, `None` if the drive stays where it is.
-    pub const fn next(self, event: Event) -> Option<(Transition, Self)> {
+    pub(crate) const fn next(self, event: Event) -> Option<(Transition, Self)> {
         let (number, to) = match (self, event) {
             (Self::NotReadyToSwitchOn, Event::Initialised) => (1, Self::SwitchOnDisabled),
             (Self::SwitchOnDisabled, Event::Command(Command::Shutdown)) => (2, Self::ReadyToSwitchOn),
@@ -139,7 +139,7 @@ impl State {
     }
 
     /// Bits 0 to 3, 5 and 6 of the statusword.
-    pub const fn bits(self) -> Statusword {
+    pub(crate) const fn bits(self) -> Statusword {
         Statusword(match self {
             Self::NotReadyToSwitchOn => 0x00,
             Self::SwitchOnDisabled => 0x40,
@@ -153,7 +153,7 @@ impl State {
     }
 
     /// The state that a statusword tells; `None` for a pattern that is none.
-    pub const fn of(word: Statusword) -> Option<Self> {
+    pub(crate) const fn of(word: Statusword) -> Option<Self> {
         Some(match (word.0 & 0x4F, word.0 & 0x6F) {
             (0x00, _) => Self::NotReadyToSwitchOn,
             (0x40, _) => Self::SwitchOnDisabled,
@@ -168,7 +168,7 @@ impl State {
     }
 
     /// Whether the motor has torque.
-    pub const fn is_powered(self) -> bool {
+    pub(crate) const fn is_powered(self) -> bool {
         match self {
             Self::OperationEnabled | Self::QuickStopActive | Self::FaultReactionActive => true,
             Self::NotReadyToSwitchOn

@@ -15,35 +15,31 @@ pub struct Controlword(pub u16);
 
 impl Controlword {
     /// Bit 0.
-    pub const SWITCH_ON: u16 = 1 << 0;
+    pub(crate) const SWITCH_ON: u16 = 1 << 0;
     /// Bit 1.
-    pub const ENABLE_VOLTAGE: u16 = 1 << 1;
+    pub(crate) const ENABLE_VOLTAGE: u16 = 1 << 1;
     /// Bit 2, low active: 0 is a quick stop.
-    pub const QUICK_STOP: u16 = 1 << 2;
+    pub(crate) const QUICK_STOP: u16 = 1 << 2;
     /// Bit 3.
-    pub const ENABLE_OPERATION: u16 = 1 << 3;
+    pub(crate) const ENABLE_OPERATION: u16 = 1 << 3;
     /// Bit 4 in profile position mode: take the set-point, with the rising edge.
-    pub const NEW_SET_POINT: u16 = 1 << 4;
-    /// Bit 4 in homing mode: start, with the rising edge.
-    pub const START_HOMING: u16 = 1 << 4;
-    /// Bit 4 in interpolated position mode.
-    pub const ENABLE_IP: u16 = 1 << 4;
+    pub(crate) const NEW_SET_POINT: u16 = 1 << 4;
     /// Bit 5 in profile position mode: do not wait for the end of the running set-point.
-    pub const CHANGE_IMMEDIATELY: u16 = 1 << 5;
+    pub(crate) const CHANGE_IMMEDIATELY: u16 = 1 << 5;
     /// Bit 6 in profile position mode: the target is a distance.
-    pub const RELATIVE: u16 = 1 << 6;
+    pub(crate) const RELATIVE: u16 = 1 << 6;
     /// Bit 7, with the rising edge.
-    pub const FAULT_RESET: u16 = 1 << 7;
+    pub(crate) const FAULT_RESET: u16 = 1 << 7;
     /// Bit 8.
-    pub const HALT: u16 = 1 << 8;
+    pub(crate) const HALT: u16 = 1 << 8;
 
     /// Whether all bits of `mask` are set.
-    pub const fn has(self, mask: u16) -> bool {
+    pub(crate) const fn has(self, mask: u16) -> bool {
         self.0 & mask == mask
     }
 
     /// Whether the bits of `mask` are set now and were not `before`.
-    pub const fn rises(self, before: Self, mask: u16) -> bool {
+    pub(crate) const fn rises(self, before: Self, mask: u16) -> bool {
         self.has(mask) && !before.has(mask)
     }
 
@@ -53,7 +49,7 @@ impl Controlword {
     /// bits 3 2 1 0   x x 0 x disable voltage   x 0 1 x quick stop   x 1 1 0 shutdown
     ///                0 1 1 1 switch on or disable operation   1 1 1 1 enable operation   bit 7 0 -> 1 fault reset
     /// ```
-    pub const fn command(self, before: Self) -> Command {
+    pub(crate) const fn command(self, before: Self) -> Command {
         if self.rises(before, Self::FAULT_RESET) {
             Command::FaultReset
         } else if !self.has(Self::ENABLE_VOLTAGE) {
@@ -126,7 +122,7 @@ impl Statusword {
 
     /// These bits if `holds`, else none.
     #[must_use]
-    pub const fn when(self, holds: bool) -> Self {
+    pub(crate) const fn when(self, holds: bool) -> Self {
         if holds { self } else { Self::NONE }
     }
 }

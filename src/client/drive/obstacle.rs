@@ -71,7 +71,7 @@ pub enum Obstacle {
 
 impl Obstacle {
     /// Every obstacle, in the order in which [`Obstacles`] prints them.
-    pub const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
+    pub(crate) const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
 
     const fn text(self) -> &'static str {
         match self {
@@ -269,7 +269,7 @@ impl Obstacles {
     }
 
     /// One obstacle in words, with its numbers.
-    pub const fn text(&self, obstacle: Obstacle) -> impl fmt::Display + use<> {
+    pub(crate) const fn text(&self, obstacle: Obstacle) -> impl fmt::Display + use<> {
         Text { obstacles: *self, obstacle }
     }
 

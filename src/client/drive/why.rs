@@ -18,7 +18,7 @@ pub struct Why {
 
 impl Findings {
     /// What of this keeps the drive from moving, in the mode it is in.
-    pub const fn why(self) -> Why {
+    pub(crate) const fn why(self) -> Why {
         let goal = match self.mode {
             Some(Mode::Velocity) => Goal::Velocity(0),
             Some(Mode::Positioning) | None => Goal::Inch,
@@ -29,17 +29,17 @@ impl Findings {
 
 impl Why {
     /// Every obstacle, the most important first. None: it moves, or waits for a start.
-    pub fn iter(&self) -> impl Iterator<Item = Obstacle> {
+    pub(crate) fn iter(&self) -> impl Iterator<Item = Obstacle> {
         self.obstacles.iter().filter(|obstacle| !is_motion(*obstacle))
     }
 
     /// One of them in words: what, where it shows, and what to do about it.
-    pub const fn text(&self, obstacle: Obstacle) -> impl fmt::Display + use<> {
+    pub(crate) const fn text(&self, obstacle: Obstacle) -> impl fmt::Display + use<> {
         self.obstacles.text(obstacle)
     }
 
     /// The control words to send one after the other; `None`: no control word helps before the obstacles are removed.
-    pub fn next(&self) -> Option<impl fmt::Display + use<>> {
+    pub(crate) fn next(&self) -> Option<impl fmt::Display + use<>> {
         let helps = self.iter().all(|obstacle| {
             matches!(obstacle, Obstacle::Fault | Obstacle::TurnOnDisabled | Obstacle::NotEnabled)
         });

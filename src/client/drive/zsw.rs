@@ -20,7 +20,7 @@ pub struct ZswPattern {
 
 impl ZswPattern {
     /// Ready-to-run: supplied, not enabled, standing still.
-    pub const fn ready_to_run(mode: Mode) -> Self {
+    pub(crate) const fn ready_to_run(mode: Mode) -> Self {
         match mode {
             Mode::Positioning => Self::printed("0x1x 1x11 x01x 0011"),
             Mode::Velocity => Self::printed("0011 111x x01x 0011"),
@@ -28,7 +28,7 @@ impl ZswPattern {
     }
 
     /// Operation enabled, standing still.
-    pub const fn operation_enabled(mode: Mode) -> Self {
+    pub(crate) const fn operation_enabled(mode: Mode) -> Self {
         match mode {
             Mode::Positioning => Self::printed("xx1x 1x11 x011 0111"),
             Mode::Velocity => Self::printed("x011 111x x011 0111"),
@@ -36,7 +36,7 @@ impl ZswPattern {
     }
 
     /// Ready-to-travel. In positioning mode an interrupted travel job looks the same (`ag03.md` C-05).
-    pub const fn ready_to_travel(mode: Mode) -> Self {
+    pub(crate) const fn ready_to_travel(mode: Mode) -> Self {
         match mode {
             Mode::Positioning => Self::printed("101x 1x11 x011 0111"),
             Mode::Velocity => Self::printed("1011 111x x011 0111"),
@@ -44,18 +44,16 @@ impl ZswPattern {
     }
 
     /// Inching 1 or 2 is active (positioning).
-    pub const INCHING: Self = Self::printed("0x0x 1x1x x011 0111");
+    pub(crate) const INCHING: Self = Self::printed("0x0x 1x1x x011 0111");
     /// A travel job is active (positioning).
-    pub const TRAVEL_JOB: Self = Self::printed("000x 1x1x x011 0111");
-    /// The setpoint is released (velocity).
-    pub const TRAVELLING: Self = Self::printed("00x1 111x x011 0111");
+    pub(crate) const TRAVEL_JOB: Self = Self::printed("000x 1x1x x011 0111");
 
     /// Every status word.
-    pub const ANY: Self = Self { mask: 0, value: 0 };
+    pub(crate) const ANY: Self = Self { mask: 0, value: 0 };
 
     /// The same pattern in which this bit matters too.
     #[must_use]
-    pub const fn with(self, bit: ZswBit, set: bool) -> Self {
+    pub(crate) const fn with(self, bit: ZswBit, set: bool) -> Self {
         let others = self.value & !bit.mask();
         Self { mask: self.mask | bit.mask(), value: others | bit.when(set) }
     }
@@ -75,7 +73,7 @@ impl ZswPattern {
     }
 
     /// Whether a status word looks like it.
-    pub const fn matches(self, zsw: Zsw) -> bool {
+    pub(crate) const fn matches(self, zsw: Zsw) -> bool {
         zsw.raw() & self.mask == self.value
     }
 

@@ -107,7 +107,7 @@ pub enum ErrorCode {
 
 impl ErrorCode {
     /// The code with this number.
-    pub fn from_number(number: u16) -> Self {
+    pub(crate) fn from_number(number: u16) -> Self {
         ErrorNumber::from_number(number).map_or(Self::Vendor(number), Self::Known)
     }
 

@@ -120,19 +120,6 @@ impl Job {
         self.pnu
     }
 
-    /// The element of an array, or of the description.
-    pub const fn element(&self) -> Option<Subindex> {
-        self.element
-    }
-
-    /// What a write writes.
-    pub const fn written(&self) -> Option<Value> {
-        match self.task {
-            Task::Write(value, _) => Some(value),
-            Task::Read(_) | Task::CountElements | Task::ReadDescription => None,
-        }
-    }
-
     /// Whether it changes something in the drive.
     pub const fn is_write(&self) -> bool {
         match self.task {

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::drive::{Fault, FaultSet, Inputs, StatusLed};
+use super::drive::{Drive, Fault, FaultSet, Inputs, StatusLed};
 use super::param::Model;
 use crate::face::surroundings::{Declined, Glow, Input, InputKind, Level, Provocable};
 
@@ -112,6 +112,17 @@ pub(super) fn with_input(model: Model, inputs: &Inputs, name: &str, level: Level
 pub(super) fn nominal_level(name: &str) -> Option<Level> {
     let row = ROWS.iter().find(|row| row.input.name == name)?;
     Some((row.read)(&Inputs::default()))
+}
+
+/// What follows for an input from everything else.
+pub(super) fn calculated(drive: &Drive, name: &str) -> Option<f64> {
+    let measured = drive.measured();
+    let tenths: f64 = match name {
+        "stage_temperature_celsius" => measured.temperature.into(),
+        "dc_link_volts" => measured.dc_link.into(),
+        _ => return None,
+    };
+    Some(tenths / 10.0)
 }
 
 /// The inputs without what makes a fault.

@@ -70,7 +70,7 @@ pub struct Display {
 
 impl Display {
     /// Nothing: the device is without supply.
-    pub const DARK: Self = Self {
+    pub(crate) const DARK: Self = Self {
         rows: [const { Row { text: String::new(), flashing: false, alternating: false } }; 2],
         arrow: None,
         battery: Light::Off,
@@ -113,7 +113,7 @@ impl fmt::Display for Display {
 
 impl Indicator {
     /// What can be seen.
-    pub fn display(&self) -> Display {
+    pub(crate) fn display(&self) -> Display {
         let empty = self.faults.is_unread(Fault::BatteryEmpty);
         Display {
             rows: self.rows(),

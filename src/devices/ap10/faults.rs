@@ -22,7 +22,7 @@ impl Fault {
     pub const ALL: [Self; 3] = [Self::BatteryCritical, Self::BatteryEmpty, Self::Speed];
 
     /// Its name in commands.
-    pub const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::BatteryCritical => "battery-critical",
             Self::BatteryEmpty => "battery-empty",
@@ -31,7 +31,7 @@ impl Fault {
     }
 
     /// What it is.
-    pub const fn text(self) -> &'static str {
+    pub(crate) const fn text(self) -> &'static str {
         match self {
             Self::BatteryCritical => "battery critical",
             Self::BatteryEmpty => "battery empty",
@@ -40,7 +40,7 @@ impl Fault {
     }
 
     /// The fault with that name.
-    pub fn from_name(name: &str) -> Option<Self> {
+    pub(crate) fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|fault| fault.name() == name)
     }
 

@@ -57,21 +57,21 @@ pub struct Backup {
 
 impl Backup {
     /// Its length in octets.
-    pub const LEN: usize = 10;
+    pub(crate) const LEN: usize = 10;
 
     /// ```text
     /// octets 0..7  shaft in millionths of a turn, low octet first
     /// octet  8     faults present: bit 0 battery critical, 1 battery empty
     /// octet  9     errors unread: bit 1 battery empty, 2 speed
     /// ```
-    pub const fn octets(self) -> [u8; Self::LEN] {
+    pub(crate) const fn octets(self) -> [u8; Self::LEN] {
         let [a, b, c, d, e, f, g, h] = self.shaft.micros().to_le_bytes();
         let [present, unread] = self.faults;
         [a, b, c, d, e, f, g, h, present, unread]
     }
 
     /// What [`octets`](Self::octets) gave.
-    pub const fn from_octets(octets: [u8; Self::LEN]) -> Self {
+    pub(crate) const fn from_octets(octets: [u8; Self::LEN]) -> Self {
         let [a, b, c, d, e, f, g, h, present, unread] = octets;
         let micros = i64::from_le_bytes([a, b, c, d, e, f, g, h]);
         Self { shaft: Turns::from_micros(micros), faults: [present, unread] }
@@ -121,7 +121,7 @@ pub struct Indicator {
 
 impl Indicator {
     /// An indicator with these parameters and its shaft at 0.
-    pub fn new(settings: Settings, quirks: Quirks) -> Self {
+    pub(crate) fn new(settings: Settings, quirks: Quirks) -> Self {
         let mut encoder = Encoder::default();
         encoder.restart(&settings);
         Self {
@@ -141,7 +141,7 @@ impl Indicator {
     }
 
     /// Begins anew with parameters of the EEPROM. What the battery keeps, faults and keys stay.
-    pub fn restart(&mut self, settings: Settings) {
+    pub(crate) fn restart(&mut self, settings: Settings) {
         self.settings = settings;
         self.encoder.restart(&settings);
         self.control = Control(0);
@@ -154,30 +154,30 @@ impl Indicator {
     }
 
     /// The parameters.
-    pub const fn settings(&self) -> &Settings {
+    pub(crate) const fn settings(&self) -> &Settings {
         &self.settings
     }
 
     /// Sets a parameter. Says whether it is in range; if not nothing changes.
-    pub fn set(&mut self, setting: Setting, value: i32) -> bool {
+    pub(crate) fn set(&mut self, setting: Setting, value: i32) -> bool {
         let accepted = self.settings.set(setting, value);
         self.watch();
         accepted
     }
 
     /// The angle of the shaft.
-    pub const fn shaft(&self) -> Turns {
+    pub(crate) const fn shaft(&self) -> Turns {
         self.encoder.shaft()
     }
 
     /// The shaft is turned, with supply or without.
-    pub fn turn_to(&mut self, shaft: Turns) {
+    pub(crate) fn turn_to(&mut self, shaft: Turns) {
         self.encoder.turn_to(shaft);
         self.watch();
     }
 
     /// The shaft is turned without supply: the battery counts, unless it is empty.
-    pub fn turn_without_supply(&mut self, shaft: Turns) {
+    pub(crate) fn turn_without_supply(&mut self, shaft: Turns) {
         match self.battery() {
             Battery::Good | Battery::Critical => self.encoder.turn_to(shaft),
             Battery::Empty => self.encoder.turn_uncounted(shaft),
@@ -185,78 +185,78 @@ impl Indicator {
     }
 
     /// The position value 6004h.
-    pub fn position(&self) -> i32 {
+    pub(crate) fn position(&self) -> i32 {
         let divisor = if self.settings.is_on(Setting::DivisorUse) { 1 } else { self.settings.divisor() };
         let position = self.encoder.position(&self.settings) / divisor;
         i32::try_from(position).unwrap_or(if position < 0 { i32::MIN } else { i32::MAX })
     }
 
     /// Sets the zero point: the position becomes preset and offset.
-    pub fn calibrate(&mut self) {
+    pub(crate) fn calibrate(&mut self) {
         self.encoder.calibrate(&self.settings);
         self.tell(Event::Calibrated);
         self.watch();
     }
 
     /// Whether calibration took place.
-    pub const fn is_calibrated(&self) -> bool {
+    pub(crate) const fn is_calibrated(&self) -> bool {
         self.encoder.calibrated
     }
 
     /// The count of the encoder at calibration, in steps of the sensor (6509h).
-    pub const fn zero(&self) -> i32 {
+    pub(crate) const fn zero(&self) -> i32 {
         self.encoder.zero
     }
 
     /// Takes over what the battery kept.
-    pub const fn recall(&mut self, zero: i32, calibrated: bool) {
+    pub(crate) const fn recall(&mut self, zero: i32, calibrated: bool) {
         self.encoder.zero = zero;
         self.encoder.calibrated = calibrated;
     }
 
     /// What the battery keeps beside zero point and calibration.
-    pub fn backup(&self) -> Backup {
+    pub(crate) fn backup(&self) -> Backup {
         Backup { shaft: self.encoder.shaft(), faults: self.faults.kept() }
     }
 
     /// Takes over what the battery kept beside zero point and calibration.
-    pub fn restore(&mut self, backup: Backup) {
+    pub(crate) fn restore(&mut self, backup: Backup) {
         self.encoder.turn_to(backup.shaft);
         self.faults.recall(backup.faults);
     }
 
     /// The low four octets of a set point as received.
-    pub fn set_point_low(&self, slot: Slot) -> u32 {
+    pub(crate) fn set_point_low(&self, slot: Slot) -> u32 {
         self.set_point(slot).low
     }
 
     /// The high two octets of a set point.
-    pub fn set_point_high(&self, slot: Slot) -> u32 {
+    pub(crate) fn set_point_high(&self, slot: Slot) -> u32 {
         self.set_point(slot).high
     }
 
     /// The low four octets of a set point came. They act with [`received`](Self::received).
-    pub fn set_low(&mut self, slot: Slot, low: u32) {
+    pub(crate) fn set_low(&mut self, slot: Slot, low: u32) {
         self.set_point_mut(slot).low = low;
     }
 
     /// The high two octets of a set point came.
-    pub fn set_high(&mut self, slot: Slot, high: u32) {
+    pub(crate) fn set_high(&mut self, slot: Slot, high: u32) {
         self.set_point_mut(slot).high = high;
     }
 
     /// The control word.
-    pub const fn control(&self) -> Control {
+    pub(crate) const fn control(&self) -> Control {
         self.control
     }
 
     /// A control word came. There is one: the newest counts, whichever set point it came with (CN-132).
-    pub const fn set_control(&mut self, control: Control) {
+    pub(crate) const fn set_control(&mut self, control: Control) {
         self.control = control;
     }
 
     /// A set point and its control word are complete.
-    pub fn received(&mut self, slot: Slot) {
+    pub(crate) fn received(&mut self, slot: Slot) {
         let control = self.control;
         for each in Slot::ALL {
             self.set_point_mut(each).follow(each, control, each == slot);
@@ -272,51 +272,51 @@ impl Indicator {
     }
 
     /// Auto-ID: a number waits for a person at this device. `None` ends it.
-    pub const fn offer_id(&mut self, number: Option<u8>) {
+    pub(crate) const fn offer_id(&mut self, number: Option<u8>) {
         self.auto_id = number;
     }
 
     /// A fault begins; if it was there nothing happens.
-    pub fn begin(&mut self, fault: Fault) {
+    pub(crate) fn begin(&mut self, fault: Fault) {
         if self.faults.begin(fault) {
             self.tell(Event::FaultBegan(fault));
         }
     }
 
     /// The cause of a fault is gone; if it was not there nothing happens.
-    pub fn end(&mut self, fault: Fault) {
+    pub(crate) fn end(&mut self, fault: Fault) {
         if self.faults.end(fault) {
             self.tell(Event::FaultEnded(fault));
         }
     }
 
     /// Whether a fault is there.
-    pub fn has(&self, fault: Fault) -> bool {
+    pub(crate) fn has(&self, fault: Fault) -> bool {
         self.faults.has(fault)
     }
 
     /// Whether any fault is there.
-    pub fn has_fault(&self) -> bool {
+    pub(crate) fn has_fault(&self) -> bool {
         self.faults.any()
     }
 
     /// What is left of the battery.
-    pub fn battery(&self) -> Battery {
+    pub(crate) fn battery(&self) -> Battery {
         self.faults.battery()
     }
 
     /// Whether the position may be wrong until it is acknowledged.
-    pub fn is_position_invalid(&self) -> bool {
+    pub(crate) fn is_position_invalid(&self) -> bool {
         self.faults.is_position_invalid()
     }
 
     /// The differential value 5F0Dh:1, 0 without a valid set point.
-    pub fn difference(&self) -> i32 {
+    pub(crate) fn difference(&self) -> i32 {
         self.monitor.difference(&self.settings)
     }
 
     /// The status word.
-    pub fn status(&self) -> Status {
+    pub(crate) fn status(&self) -> Status {
         let [one, two] = &self.set_points;
         let status = Status(0)
             .with(StatusBit::SetPoint1Valid, one.is_valid())
@@ -344,7 +344,7 @@ impl Indicator {
     }
 
     /// The status word in the read-out of a set point by remote request.
-    pub fn status_of(&self, slot: Slot) -> Status {
+    pub(crate) fn status_of(&self, slot: Slot) -> Status {
         match self.settings.mode() {
             Mode::Alphanumeric => self.status().with(StatusBit::ASCII, self.set_point(slot).is_ascii()),
             Mode::Absolute | Mode::Difference | Mode::Modulo => self.status(),
@@ -352,7 +352,7 @@ impl Indicator {
     }
 
     /// What the LEDs show.
-    pub fn leds(&self) -> Leds {
+    pub(crate) fn leds(&self) -> Leds {
         let [one, two] = &self.set_points;
         let basic = match self.settings.mode() {
             Mode::Alphanumeric => {
@@ -364,19 +364,19 @@ impl Indicator {
     }
 
     /// Time passes.
-    pub fn handle_timeout(&mut self, now: Instant) {
+    pub(crate) fn handle_timeout(&mut self, now: Instant) {
         if self.menu_due().is_some_and(|due| due <= now) {
             self.open_menu();
         }
     }
 
     /// When [`handle_timeout`](Self::handle_timeout) is to be called.
-    pub fn poll_timeout(&self) -> Option<Instant> {
+    pub(crate) fn poll_timeout(&self) -> Option<Instant> {
         self.menu_due()
     }
 
     /// The next event.
-    pub fn poll_event(&mut self) -> Option<Event> {
+    pub(crate) fn poll_event(&mut self) -> Option<Event> {
         self.events.pop_front()
     }
 

@@ -24,7 +24,7 @@ impl Key {
     pub const ALL: [Self; 3] = [Self::Left, Self::Up, Self::Star];
 
     /// Its name in commands.
-    pub const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Left => "left",
             Self::Up => "up",
@@ -33,7 +33,7 @@ impl Key {
     }
 
     /// The key with that name.
-    pub fn from_name(name: &str) -> Option<Self> {
+    pub(crate) fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|key| key.name() == name)
     }
 }
@@ -61,7 +61,7 @@ impl Pressed {
 
 impl Indicator {
     /// A key goes down. It acts at once; a second press of a key that is down does nothing.
-    pub fn press(&mut self, now: Instant, key: Key) {
+    pub(crate) fn press(&mut self, now: Instant, key: Key) {
         if !self.pressed.set(key, true) {
             return;
         }
@@ -87,7 +87,7 @@ impl Indicator {
     }
 
     /// A key goes up.
-    pub fn release(&mut self, key: Key) {
+    pub(crate) fn release(&mut self, key: Key) {
         self.pressed.set(key, false);
         if key == Key::Star {
             self.pressed.star_since = None;

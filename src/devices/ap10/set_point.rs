@@ -13,7 +13,7 @@ pub enum Slot {
 
 impl Slot {
     /// Both.
-    pub const ALL: [Self; 2] = [Self::One, Self::Two];
+    pub(crate) const ALL: [Self; 2] = [Self::One, Self::Two];
 
     /// The bit of the control word that makes it valid.
     pub(super) const fn valid_bit(self) -> ControlBit {

@@ -111,7 +111,7 @@ settings! {
 
 impl Setting {
     /// Whether the value may be written.
-    pub fn accepts(self, value: i32) -> bool {
+    pub(crate) fn accepts(self, value: i32) -> bool {
         self.rule().ranges.iter().any(|&(low, high)| (low..=high).contains(&i64::from(value)))
     }
 
@@ -151,17 +151,17 @@ impl Default for Settings {
 
 impl Settings {
     /// The value of a setting.
-    pub fn value(&self, setting: Setting) -> i32 {
+    pub(crate) fn value(&self, setting: Setting) -> i32 {
         self.values.get(setting.place()).copied().unwrap_or_default()
     }
 
     /// Whether a setting of 0 and 1 is 1.
-    pub fn is_on(&self, setting: Setting) -> bool {
+    pub(crate) fn is_on(&self, setting: Setting) -> bool {
         self.value(setting) == 1
     }
 
     /// Sets a value. Says whether it is in range; if not nothing changes.
-    pub fn set(&mut self, setting: Setting, value: i32) -> bool {
+    pub(crate) fn set(&mut self, setting: Setting, value: i32) -> bool {
         let accepted = setting.accepts(value);
         if let Some(place) = self.values.get_mut(setting.place()).filter(|_| accepted) {
             *place = value;
@@ -170,7 +170,7 @@ impl Settings {
     }
 
     /// The operating mode.
-    pub fn mode(&self) -> Mode {
+    pub(crate) fn mode(&self) -> Mode {
         match self.value(Setting::OperatingMode) {
             ..=0 => Mode::Absolute,
             1 => Mode::Difference,
@@ -180,7 +180,7 @@ impl Settings {
     }
 
     /// The display divisor, 1 to 1000.
-    pub fn divisor(&self) -> i64 {
+    pub(crate) fn divisor(&self) -> i64 {
         match self.value(Setting::Divisor) {
             ..=0 => 1,
             1 => 10,
@@ -190,7 +190,7 @@ impl Settings {
     }
 
     /// Whether the value rises when the shaft turns clockwise, seen on the display (sense I).
-    pub fn rises_clockwise(&self) -> bool {
+    pub(crate) fn rises_clockwise(&self) -> bool {
         self.value(Setting::OperatingParameters) & 1 == 0
     }
 }

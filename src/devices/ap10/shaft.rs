@@ -23,7 +23,7 @@ pub struct Turns(i64);
 
 impl Turns {
     /// Millionths of a turn.
-    pub const fn from_micros(micros: i64) -> Self {
+    pub(crate) const fn from_micros(micros: i64) -> Self {
         Self(micros)
     }
 
@@ -35,12 +35,12 @@ impl Turns {
 
     /// Turns.
     #[expect(clippy::cast_precision_loss, reason = "exact for 9 thousand million turns")]
-    pub const fn revolutions(self) -> f64 {
+    pub(crate) const fn revolutions(self) -> f64 {
         self.0 as f64 / 1e6
     }
 
     /// Millionths of a turn.
-    pub const fn micros(self) -> i64 {
+    pub(crate) const fn micros(self) -> i64 {
         self.0
     }
 

@@ -2,32 +2,14 @@
 
 use core::fmt;
 
-/// Declares the bits of a word with their texts.
-macro_rules! bits {
-    ($(#[doc = $word_doc:literal])+ $word:ident, $(#[doc = $bit_doc:literal])+ $bit:ident {
-        $($name:ident = $number:literal, $text:literal;)*
-    }) => {
-        $(#[doc = $bit_doc])+
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-        #[repr(u8)]
-        pub enum $bit {
-            $(#[doc = concat!("Bit ", stringify!($number), ": ", $text, ".")] $name = $number,)*
-        }
+use crate::face::bits_of_word;
 
-        impl $bit {
-            /// Every bit with a meaning, the lowest first.
-            pub const ALL: &'static [Self] = &[$(Self::$name),*];
-
-            /// What it means while it is 1.
-            pub const fn text(self) -> &'static str {
-                match self {
-                    $(Self::$name => $text,)*
-                }
-            }
-
-            const fn mask(self) -> u16 {
-                1 << self as u8
-            }
+/// A word, and its bits with their texts.
+macro_rules! word {
+    ($(#[doc = $word_doc:literal])+ $word:ident, $(#[doc = $bit_doc:literal])+ $bit:ident { $($bits:tt)* }) => {
+        bits_of_word! {
+            $(#[doc = $bit_doc])+
+            $bit { $($bits)* }
         }
 
         $(#[doc = $word_doc])+
@@ -52,7 +34,7 @@ macro_rules! bits {
             fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 write!(f, "{:04X}h", self.0)?;
                 for bit in $bit::ALL.iter().filter(|bit| self.has(**bit)) {
-                    write!(f, ", {}", bit.text())?;
+                    write!(f, ", {}", bit.name())?;
                 }
                 Ok(())
             }
@@ -60,59 +42,59 @@ macro_rules! bits {
     };
 }
 
-bits! {
+word! {
     /// The control word as received.
     Control,
     /// A bit of the control word (manual table 15). Bits 0, 1 and 5 are reserved.
     ControlBit {
-        SetPoint1Valid = 2, "set point 1 valid";
-        ExtendedRange = 3, "extended display range";
-        AcknowledgeStatic = 4, "acknowledge target window 1 static";
-        AcknowledgeSetPoint2 = 6, "acknowledge set point 2";
-        Ascii = 7, "set point is ASCII";
-        Guarding = 8, "guarding bit";
-        SetPoint2Valid = 9, "set point 2 valid";
-        AcknowledgeSetPoint1 = 10, "acknowledge set point 1";
-        Led1 = 11, "LED1 green left on";
-        Led3 = 12, "LED3 green right on";
-        Led4 = 13, "LED4 red right on";
-        Led2 = 14, "LED2 red left on";
-        LedBlinking = 15, "LEDs blink";
+        SetPoint1Valid = 2: "set point 1 valid";
+        ExtendedRange = 3: "extended display range";
+        AcknowledgeStatic = 4: "acknowledge target window 1 static";
+        AcknowledgeSetPoint2 = 6: "acknowledge set point 2";
+        Ascii = 7: "set point is ASCII";
+        Guarding = 8: "guarding bit";
+        SetPoint2Valid = 9: "set point 2 valid";
+        AcknowledgeSetPoint1 = 10: "acknowledge set point 1";
+        Led1 = 11: "LED1 green left on";
+        Led3 = 12: "LED3 green right on";
+        Led4 = 13: "LED4 red right on";
+        Led2 = 14: "LED2 red left on";
+        LedBlinking = 15: "LEDs blink";
     }
 }
 
-bits! {
+word! {
     /// The status word.
     Status,
     /// A bit of the status word (manual table 16). Bits 3 and 5 have another meaning in alpha-numeric mode: set point
     /// 2 and set point 1 acknowledged. So has bit 9 in the read-out of set points: the set point is ASCII.
     StatusBit {
-        Clockwise = 0, "turn clockwise";
-        CounterClockwise = 1, "turn counter-clockwise";
-        SetPoint1Valid = 2, "set point 1 valid";
-        Window2 = 3, "in target window 2";
-        Window1Static = 4, "target window 1 was reached";
-        Window1 = 5, "in target window 1";
-        AboveSetPoint = 6, "actual value above set point";
-        BatteryEmpty = 7, "battery empty";
-        Guarding = 8, "guarding bit";
-        Incremental = 9, "incremental measurement";
-        SetPoint2Valid = 10, "set point 2 valid";
-        BatteryCritical = 11, "battery critical";
-        SensorError = 12, "sensor error";
-        StarKey = 13, "star key pressed";
-        UpKey = 14, "up key pressed";
-        LeftKey = 15, "left key pressed";
+        Clockwise = 0: "turn clockwise";
+        CounterClockwise = 1: "turn counter-clockwise";
+        SetPoint1Valid = 2: "set point 1 valid";
+        Window2 = 3: "in target window 2";
+        Window1Static = 4: "target window 1 was reached";
+        Window1 = 5: "in target window 1";
+        AboveSetPoint = 6: "actual value above set point";
+        BatteryEmpty = 7: "battery empty";
+        Guarding = 8: "guarding bit";
+        Incremental = 9: "incremental measurement";
+        SetPoint2Valid = 10: "set point 2 valid";
+        BatteryCritical = 11: "battery critical";
+        SensorError = 12: "sensor error";
+        StarKey = 13: "star key pressed";
+        UpKey = 14: "up key pressed";
+        LeftKey = 15: "left key pressed";
     }
 }
 
 impl StatusBit {
     /// Bit 3 in alpha-numeric mode.
-    pub const ACKNOWLEDGED_2: Self = Self::Window2;
+    pub(crate) const ACKNOWLEDGED_2: Self = Self::Window2;
     /// Bit 5 in alpha-numeric mode.
-    pub const ACKNOWLEDGED_1: Self = Self::Window1;
+    pub(crate) const ACKNOWLEDGED_1: Self = Self::Window1;
     /// Bit 9 when set points are read by remote request in alpha-numeric mode.
-    pub const ASCII: Self = Self::Incremental;
+    pub(crate) const ASCII: Self = Self::Incremental;
 }
 
 #[cfg(test)]

@@ -122,12 +122,12 @@ alarms! {
 
 impl Alarm {
     /// The alarm with that number, digits as hexadecimal digits.
-    pub fn of(number: u16) -> Option<Self> {
+    pub(crate) fn of(number: u16) -> Option<Self> {
         Self::ALL.iter().copied().find(|alarm| alarm.number() == number)
     }
 
     /// The alarm as the panel writes it, with or without `AL`: `"011"`, `"3E1"`.
-    pub fn parse(text: &str) -> Option<Self> {
+    pub(crate) fn parse(text: &str) -> Option<Self> {
         let digits = text.strip_prefix("AL").unwrap_or(text);
         if digits.len() != 3 || !digits.bytes().all(|octet| octet.is_ascii_hexdigit()) {
             return None;
@@ -136,12 +136,12 @@ impl Alarm {
     }
 
     /// Whether it is an error of the bus, whose effect P3-10.Y chooses.
-    pub const fn is_of_bus(self) -> bool {
+    pub(crate) const fn is_of_bus(self) -> bool {
         matches!(self, Self::GuardingServoOn | Self::GuardingServoOff | Self::CanErrors | Self::BusOff)
     }
 
     /// How it is cleared.
-    pub const fn clearing(self) -> Clearing {
+    pub(crate) const fn clearing(self) -> Clearing {
         match self.number() {
             0x201 => Clearing::SpecialWrite,
             0.. => Clearing::Reset,

@@ -117,7 +117,7 @@ pub(super) enum HomeSwitch {
 impl Closed {
     /// What is closed here or there.
     #[must_use]
-    pub const fn or(self, other: Self) -> Self {
+    pub(crate) const fn or(self, other: Self) -> Self {
         Self {
             negative_limit: self.negative_limit || other.negative_limit,
             positive_limit: self.positive_limit || other.positive_limit,
@@ -126,7 +126,7 @@ impl Closed {
     }
 
     /// 60FDh (CiA 402).
-    pub const fn word(self) -> u32 {
+    pub(crate) const fn word(self) -> u32 {
         self.negative_limit as u32 | (self.positive_limit as u32) << 1 | (self.home as u32) << 2
     }
 }

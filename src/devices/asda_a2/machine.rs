@@ -50,12 +50,12 @@ impl Servo {
     }
 
     /// The controlword last taken.
-    pub const fn controlword(&self) -> Controlword {
+    pub(crate) const fn controlword(&self) -> Controlword {
         self.control
     }
 
     /// Takes a controlword.
-    pub fn control(&mut self, word: Controlword) {
+    pub(crate) fn control(&mut self, word: Controlword) {
         let before = core::mem::replace(&mut self.control, word);
         self.awake = true;
         let command = word.command(before);
@@ -184,7 +184,7 @@ impl Servo {
     }
 
     /// The supply is switched off: the motor is free, without an alarm.
-    pub fn power_off(&mut self) {
+    pub(crate) fn power_off(&mut self) {
         self.state = State::SwitchOnDisabled;
         self.switch_off();
         self.awake = true;
@@ -286,7 +286,7 @@ impl Servo {
     }
 
     /// An alarm that the bus or a person causes.
-    pub fn raise(&mut self, alarm: Alarm) {
+    pub(crate) fn raise(&mut self, alarm: Alarm) {
         if self.alarms.contains(&alarm) || self.alarms.push(alarm).is_err() {
             return;
         }
@@ -304,7 +304,7 @@ impl Servo {
     }
 
     /// The cause of an alarm that needs no reset is gone.
-    pub fn end(&mut self, alarm: Alarm) {
+    pub(crate) fn end(&mut self, alarm: Alarm) {
         if self.effect(alarm) == Effect::Warning {
             self.clear(|present| present == alarm);
         }
@@ -338,7 +338,7 @@ impl Servo {
     }
 
     /// What is left of the error register.
-    pub fn error_register(&self) -> u8 {
+    pub(crate) fn error_register(&self) -> u8 {
         self.alarms.iter().fold(0, |bits, alarm| bits | alarm.register())
     }
 

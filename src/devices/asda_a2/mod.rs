@@ -103,12 +103,12 @@ pub enum Level {
 
 impl Level {
     /// The level of a P1-01, whose digits B and A count.
-    pub const fn of(control_mode: i64) -> Self {
+    pub(crate) const fn of(control_mode: i64) -> Self {
         if control_mode & 0xFF == Self::Half.control_mode() { Self::Half } else { Self::Full }
     }
 
     /// P1-01 of this level.
-    pub const fn control_mode(self) -> i64 {
+    pub(crate) const fn control_mode(self) -> i64 {
         match self {
             Self::Half => 0x0B,
             Self::Full => 0x0C,
@@ -116,7 +116,7 @@ impl Level {
     }
 
     /// The controlword after a start.
-    pub const fn controlword(self) -> Controlword {
+    pub(crate) const fn controlword(self) -> Controlword {
         match self {
             Self::Half => Controlword(0),
             Self::Full => Controlword(Controlword::QUICK_STOP),
@@ -175,7 +175,7 @@ pub struct Servo {
 
 impl Servo {
     /// A drive that was just switched on at `now`.
-    pub fn new(config: Config, now: Instant) -> Self {
+    pub(crate) fn new(config: Config, now: Instant) -> Self {
         let mut kept = Settings::new();
         kept.set(Setting::ControlMode, config.level.control_mode());
         kept.set(Setting::NodeNumber, config.node.into());
@@ -210,7 +210,7 @@ impl Servo {
     }
 
     /// A reset of the node: as power-on, but a servo that was on goes off with AL401.
-    pub fn restart(&mut self) {
+    pub(crate) fn restart(&mut self) {
         let was_on = self.is_on();
         self.power_on();
         if was_on {
@@ -219,7 +219,7 @@ impl Servo {
     }
 
     /// Power-on: kept values come back, nothing is wrong. The shaft and the encoder stay.
-    pub fn power_on(&mut self) {
+    pub(crate) fn power_on(&mut self) {
         self.settings.start(&self.kept);
         self.level = Level::of(self.settings.of(Setting::ControlMode));
         self.control = self.level.controlword();
@@ -239,37 +239,37 @@ impl Servo {
     }
 
     /// The level in force since the last start.
-    pub const fn level(&self) -> Level {
+    pub(crate) const fn level(&self) -> Level {
         self.level
     }
 
     /// The values in effect.
-    pub const fn settings(&self) -> &Settings {
+    pub(crate) const fn settings(&self) -> &Settings {
         &self.settings
     }
 
     /// The values that come back with a start.
-    pub const fn kept(&self) -> &Settings {
+    pub(crate) const fn kept(&self) -> &Settings {
         &self.kept
     }
 
     /// Sets a value that comes back with a start, as read from a memory.
-    pub fn recall(&mut self, setting: Setting, value: i64) {
+    pub(crate) fn recall(&mut self, setting: Setting, value: i64) {
         self.kept.set(setting, value);
     }
 
     /// Stores all values.
-    pub fn store(&mut self) {
+    pub(crate) fn store(&mut self) {
         self.kept.keep(&self.settings);
     }
 
     /// The next start brings the defaults. Mode, node number and rate (P1-01, P3-00, P3-01) stay.
-    pub fn restore(&mut self) {
+    pub(crate) fn restore(&mut self) {
         self.kept.restore();
     }
 
     /// Sets a value, with all that follows from it.
-    pub fn set(&mut self, setting: Setting, value: i64) {
+    pub(crate) fn set(&mut self, setting: Setting, value: i64) {
         let before = self.settings.of(setting);
         self.settings.set(setting, value);
         self.awake = true;
@@ -285,28 +285,28 @@ impl Servo {
     }
 
     /// What surrounds the drive.
-    pub const fn inputs(&self) -> &Inputs {
+    pub(crate) const fn inputs(&self) -> &Inputs {
         &self.inputs
     }
 
     /// Changes what surrounds the drive. A torque that is no number is no load.
-    pub fn set_inputs(&mut self, inputs: Inputs) {
+    pub(crate) fn set_inputs(&mut self, inputs: Inputs) {
         self.inputs = inputs.finite();
         self.awake = true;
     }
 
     /// The next event.
-    pub fn poll_event(&mut self) -> Option<Event> {
+    pub(crate) fn poll_event(&mut self) -> Option<Event> {
         self.events.pop_front()
     }
 
     /// When [`advance`](Self::advance) is due, `None` while nothing moves.
-    pub fn poll_timeout(&self) -> Option<Instant> {
+    pub(crate) fn poll_timeout(&self) -> Option<Instant> {
         self.awake.then(|| self.clock.saturating_add(STEP))
     }
 
     /// Lets time pass up to `now`.
-    pub fn advance(&mut self, now: Instant) {
+    pub(crate) fn advance(&mut self, now: Instant) {
         let missed = now.saturating_since(self.clock);
         if !self.awake {
             self.clock = self.clock.max(now);

@@ -152,7 +152,7 @@ impl Servo {
     }
 
     /// SYNC: the position of 60C1h is the next one.
-    pub fn sync(&mut self, now: Instant) {
+    pub(crate) fn sync(&mut self, now: Instant) {
         let Motion::Interpolation(before) = self.motion else { return };
         let on = self.is_on();
         let Some(cycle) = self.cycle() else {

@@ -23,9 +23,9 @@ impl Motor {
     /// Maximum speed in rpm.
     pub const MAX_RPM: i64 = 5000;
     /// Rated current in mA.
-    pub const RATED_CURRENT: u32 = 2600;
+    pub(crate) const RATED_CURRENT: u32 = 2600;
     /// Rated torque in mNm.
-    pub const RATED_TORQUE: u32 = 1270;
+    pub(crate) const RATED_TORQUE: u32 = 1270;
 }
 
 /// What no manual states about the plant. All above zero; other values count as the smallest.
@@ -45,7 +45,7 @@ pub struct Constants {
 
 impl Constants {
     /// The defaults named with each field.
-    pub const DEFAULT: Self =
+    pub(crate) const DEFAULT: Self =
         Self { rated_torque: 1.27, peak: 3.0, inertia: 1e-4, dynamic_brake: 0.01, overload_time: 8.0 };
 
     #[expect(clippy::manual_clamp, reason = "what is no number shall be the smallest one")]

@@ -125,7 +125,7 @@ pub struct Settings {
 
 impl Settings {
     /// As delivered.
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let mut settings = Self { values: [0; COUNT] };
         for &setting in Setting::ALL {
             settings.set(setting, setting.default());
@@ -134,12 +134,12 @@ impl Settings {
     }
 
     /// The value of a setting.
-    pub fn of(&self, setting: Setting) -> i64 {
+    pub(crate) fn of(&self, setting: Setting) -> i64 {
         self.values.get(setting as usize).copied().unwrap_or_default()
     }
 
     /// Sets a value; one outside its range becomes the nearest inside.
-    pub fn set(&mut self, setting: Setting, value: i64) {
+    pub(crate) fn set(&mut self, setting: Setting, value: i64) {
         let (low, high) = setting.range();
         if let Some(place) = self.values.get_mut(setting as usize) {
             *place = value.clamp(low, high);
@@ -147,7 +147,7 @@ impl Settings {
     }
 
     /// A digit of a value.
-    pub fn digit(&self, setting: Setting, digit: Digit) -> u8 {
+    pub(crate) fn digit(&self, setting: Setting, digit: Digit) -> u8 {
         let [low, high, ..] = self.of(setting).to_le_bytes();
         match digit {
             Digit::X => low & 0xF,

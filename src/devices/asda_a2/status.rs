@@ -11,7 +11,7 @@ use crate::can_bus::cia402::{Controlword, Mode, State, Statusword};
 
 impl Servo {
     /// The statusword without bit 9, which is the bus's.
-    pub fn statusword(&self) -> Statusword {
+    pub(crate) fn statusword(&self) -> Statusword {
         let mut word = self.state.bits();
         word |= Statusword::VOLTAGE_ENABLED.when(self.inputs.main_circuit);
         word |= Statusword::WARNING.when(self.has_warning());
@@ -117,78 +117,78 @@ impl Servo {
     }
 
     /// PUU of a position in increments, counted from home.
-    pub fn puu(&self, increments: f64) -> i32 {
+    pub(crate) fn puu(&self, increments: f64) -> i32 {
         whole((increments - self.origin) / self.gear())
     }
 
     /// 603Fh.
-    pub const fn error_code(&self) -> u16 {
+    pub(crate) const fn error_code(&self) -> u16 {
         self.error_code
     }
 
     /// 6061h.
-    pub const fn mode(&self) -> Option<Mode> {
+    pub(crate) const fn mode(&self) -> Option<Mode> {
         self.mode
     }
 
     /// 6062h in PUU.
-    pub fn position_demand(&self) -> i32 {
+    pub(crate) fn position_demand(&self) -> i32 {
         self.puu(self.demand.position)
     }
 
     /// 60FCh in increments.
-    pub fn position_demand_increments(&self) -> i32 {
+    pub(crate) fn position_demand_increments(&self) -> i32 {
         whole(self.demand.position - self.origin)
     }
 
     /// 6063h in increments.
-    pub fn position_actual_increments(&self) -> i32 {
+    pub(crate) fn position_actual_increments(&self) -> i32 {
         whole(self.plant.position - self.origin)
     }
 
     /// 6064h in PUU.
-    pub fn position_actual(&self) -> i32 {
+    pub(crate) fn position_actual(&self) -> i32 {
         self.puu(self.plant.position)
     }
 
     /// 60F4h in PUU.
-    pub fn following_error_puu(&self) -> i32 {
+    pub(crate) fn following_error_puu(&self) -> i32 {
         whole((self.demand.position - self.plant.position) / self.gear())
     }
 
     /// 606Bh in 0.1 rpm.
-    pub fn velocity_demand(&self) -> i32 {
+    pub(crate) fn velocity_demand(&self) -> i32 {
         whole(self.demand.velocity / rpm(0.1))
     }
 
     /// 606Ch in 0.1 rpm.
-    pub fn velocity_actual(&self) -> i32 {
+    pub(crate) fn velocity_actual(&self) -> i32 {
         whole(self.plant.velocity / rpm(0.1))
     }
 
     /// 6074h in 0.1 % of the rated torque.
-    pub fn torque_demand(&self) -> i16 {
+    pub(crate) fn torque_demand(&self) -> i16 {
         let torque = if self.motion == Motion::Torque { self.torque_demand } else { self.plant.torque };
         narrow(torque * 1000.0)
     }
 
     /// 6077h in 0.1 % of the rated torque, and 6078h in 0.1 % of the rated current.
-    pub fn torque_actual(&self) -> i16 {
+    pub(crate) fn torque_actual(&self) -> i16 {
         narrow(self.plant.torque * 1000.0)
     }
 
     /// 6075h in mA.
-    pub const fn rated_current(&self) -> u32 {
+    pub(crate) const fn rated_current(&self) -> u32 {
         Motor::RATED_CURRENT
     }
 
     /// 6076h in mNm.
-    pub const fn rated_torque(&self) -> u32 {
+    pub(crate) const fn rated_torque(&self) -> u32 {
         Motor::RATED_TORQUE
     }
 
     /// 60FDh.
-    pub fn digital_inputs(&self) -> u32 {
+    pub(crate) fn digital_inputs(&self) -> u32 {
         self.switches_closed().word()
     }
 

@@ -21,7 +21,7 @@ pub enum Fault {
 
 impl Fault {
     /// The number in the buffer. Numbers are a matter of each manufacturer; these two are of this crate.
-    pub const fn number(self) -> u16 {
+    pub(crate) const fn number(self) -> u16 {
         match self {
             Self::Communication => 1,
             Self::Overload => 2,
@@ -58,7 +58,7 @@ pub struct FaultBuffer {
 
 impl FaultBuffer {
     /// Elements of PNU 945 and 947.
-    pub const LEN: u8 = 64;
+    pub(crate) const LEN: u8 = 64;
 
     /// The number at a sub-index from 1 to 64; `None` outside.
     pub fn number(&self, subindex: u8) -> Option<u16> {
@@ -67,12 +67,12 @@ impl FaultBuffer {
     }
 
     /// How often something came into the buffer or was acknowledged (PNU 944).
-    pub const fn messages(&self) -> u16 {
+    pub(crate) const fn messages(&self) -> u16 {
         self.messages
     }
 
     /// How many occasions there were (PNU 952).
-    pub const fn count(&self) -> u16 {
+    pub(crate) const fn count(&self) -> u16 {
         self.count
     }
 
@@ -121,15 +121,15 @@ pub struct Warnings {
 
 impl Warnings {
     /// The number of the warning that the torque is at its limit.
-    pub const OVERLOAD: u16 = 2;
+    pub(crate) const OVERLOAD: u16 = 2;
 
     /// Whether one stands now (ZSW bit 7).
-    pub const fn is_present(&self) -> bool {
+    pub(crate) const fn is_present(&self) -> bool {
         self.overload || self.raised != 0
     }
 
     /// The number of the last (0) to the eighth-last (7) warning; `None` outside.
-    pub fn number(&self, before: u8) -> Option<u16> {
+    pub(crate) fn number(&self, before: u8) -> Option<u16> {
         self.last.get(usize::from(before)).copied()
     }
 

@@ -181,7 +181,7 @@ impl Drive {
     }
 
     /// Its warnings.
-    pub const fn warnings(&self) -> &Warnings {
+    pub(crate) const fn warnings(&self) -> &Warnings {
         &self.warnings
     }
 
@@ -209,12 +209,12 @@ impl Drive {
     }
 
     /// Whether another step under the same command changes nothing.
-    pub const fn is_at_rest(&self) -> bool {
+    pub(crate) const fn is_at_rest(&self) -> bool {
         self.at_rest
     }
 
     /// A fault comes: the motor is released.
-    pub fn raise(&mut self, fault: Fault) {
+    pub(crate) fn raise(&mut self, fault: Fault) {
         self.faults.note(fault.number());
         self.tell(Event::Fault(fault));
         self.change(State::Fault);
@@ -222,7 +222,7 @@ impl Drive {
     }
 
     /// The oldest event not taken yet.
-    pub fn poll_event(&mut self) -> Option<Event> {
+    pub(crate) fn poll_event(&mut self) -> Option<Event> {
         self.events.pop_front()
     }
 

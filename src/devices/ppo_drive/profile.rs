@@ -6,44 +6,16 @@
 mod reasons;
 
 pub use reasons::reasons;
+#[cfg(feature = "std")]
 pub(super) use reasons::reasons_of_drive;
 
 use crate::devices::ppo_drive::{Command, State, Status};
+use crate::face::bits_of_word;
 use crate::profibus::ppo::{Stw, Zsw};
 
-macro_rules! bits {
-    ($(#[$doc:meta])* $name:ident of $word:ident { $($(#[$bit_doc:meta])* $bit:ident = $number:literal: $text:literal;)* }) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-        pub enum $name {
-            $($(#[$bit_doc])* $bit = $number,)*
-        }
-
-        impl $name {
-            /// Every bit, the lowest first.
-            pub const ALL: &'static [Self] = &[$(Self::$bit),*];
-
-            /// Its number: the bit has the weight 2^n.
-            pub const fn number(self) -> u8 {
-                self as u8
-            }
-
-            /// What 1 means.
-            pub const fn name(self) -> &'static str {
-                match self { $(Self::$bit => $text,)* }
-            }
-
-            /// Whether it is 1.
-            pub const fn is_set(self, word: $word) -> bool {
-                word.bit(self.number())
-            }
-        }
-    };
-}
-
-bits! {
+bits_of_word! {
     /// A bit of the control word.
-    StwBit of Stw {
+    StwBit {
         /// ON; 0: OFF1.
         On = 0: "ON";
         /// 0: OFF2.
@@ -69,9 +41,9 @@ bits! {
     }
 }
 
-bits! {
+bits_of_word! {
     /// A bit of the status word.
-    ZswBit of Zsw {
+    ZswBit {
         /// S2 to S5.
         ReadyToSwitchOn = 0: "ready to switch on";
         /// S3 to S5.
@@ -98,7 +70,7 @@ bits! {
 }
 
 /// What a control word and a main setpoint command; `None` with bit 10 = 0: what was commanded before holds.
-pub fn command(stw: Stw, setpoint: i16) -> Option<Command> {
+pub(crate) fn command(stw: Stw, setpoint: i16) -> Option<Command> {
     StwBit::ByPlc.is_set(stw).then_some(Command {
         on: StwBit::On.is_set(stw),
         no_off2: StwBit::NoOff2.is_set(stw),
@@ -115,7 +87,7 @@ pub fn command(stw: Stw, setpoint: i16) -> Option<Command> {
 }
 
 /// The status word of a drive.
-pub fn zsw(status: &Status) -> Zsw {
+pub(crate) fn zsw(status: &Status) -> Zsw {
     let (to_switch_on, ready, operation) = match status.state {
         State::SwitchingOnInhibited | State::Fault => (false, false, false),
         State::ReadyToSwitchOn => (true, false, false),

@@ -37,7 +37,7 @@ macro_rules! quantities {
 impl Quantity {
     /// Whether it is a setting, which a drive keeps while it is switched off: nothing of the machine, no fault and no
     /// warning.
-    pub const fn is_kept(self) -> bool {
+    pub(crate) const fn is_kept(self) -> bool {
         let is_event = matches!(self, Self::Fault | Self::FaultCount | Self::Warning);
         self.is_settable() && !is_event && !matches!(self, Self::Load | Self::RunUp)
     }
@@ -99,12 +99,12 @@ pub enum SetError {
 
 impl Quantity {
     /// The quantity of this name.
-    pub fn named(name: &str) -> Option<Self> {
+    pub(crate) fn named(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|quantity| quantity.name() == name)
     }
 
     /// How many elements it has; `None`: it is a single value.
-    pub const fn elements(self) -> Option<u8> {
+    pub(crate) const fn elements(self) -> Option<u8> {
         match self {
             Self::FaultBuffer => Some(FaultBuffer::LEN),
             Self::WarningBuffer => Some(8),
@@ -172,7 +172,7 @@ impl Drive {
     ///
     /// # Errors
     /// [`SetError`]; nothing is changed then.
-    pub fn set_quantity(&mut self, quantity: Quantity, value: f64) -> Result<(), SetError> {
+    pub(crate) fn set_quantity(&mut self, quantity: Quantity, value: f64) -> Result<(), SetError> {
         if !value.is_finite() {
             return Err(SetError::Value);
         }

@@ -61,7 +61,7 @@ impl State {
     /// The state after one cycle under this command. `stands`: the shaft stands. A fault and its end are no matter of the
     /// command: see [`Drive`](super::Drive).
     #[must_use]
-    pub const fn next(self, command: &Command, stands: bool) -> Self {
+    pub(crate) const fn next(self, command: &Command, stands: bool) -> Self {
         let Command { on, no_off2, no_off3, enable_operation, .. } = *command;
         match self {
             // Rows 1 and 2.
@@ -94,7 +94,7 @@ impl State {
     }
 
     /// Whether the motor is supplied: its torque follows the speed controller.
-    pub const fn is_supplied(self) -> bool {
+    pub(crate) const fn is_supplied(self) -> bool {
         match self {
             Self::Operation | Self::SwitchingOff(_) => true,
             Self::SwitchingOnInhibited | Self::ReadyToSwitchOn | Self::Ready | Self::Fault => false,
@@ -102,7 +102,7 @@ impl State {
     }
 
     /// Whether the drive is switched on, so that it misses a master that goes.
-    pub const fn is_switched_on(self) -> bool {
+    pub(crate) const fn is_switched_on(self) -> bool {
         match self {
             Self::Ready | Self::Operation | Self::SwitchingOff(_) => true,
             Self::SwitchingOnInhibited | Self::ReadyToSwitchOn | Self::Fault => false,

@@ -94,17 +94,17 @@ impl Network {
     }
 
     /// An entry of a node by address and name: `6041h:00 Statusword`.
-    pub fn named(&self, node: NodeId, at: Address) -> String {
+    pub(crate) fn named(&self, node: NodeId, at: Address) -> String {
         self.with_node(node, |node| entry::named(node, at))
     }
 
     /// The value of an entry in words: with its unit, what a number stands for, the bits that are 1.
-    pub fn in_words(&self, node: NodeId, at: Address, octets: &[u8]) -> String {
+    pub(crate) fn in_words(&self, node: NodeId, at: Address, octets: &[u8]) -> String {
         self.with_node(node, |node| entry::in_words(node, at, octets))
     }
 
     /// The same as a field, of a word of bits with a part for each bit.
-    pub fn value(&self, node: NodeId, at: Address, octets: &[u8]) -> Field {
+    pub(crate) fn value(&self, node: NodeId, at: Address, octets: &[u8]) -> Field {
         self.with_node(node, |node| entry::field(node, at, 0, octets))
     }
 
@@ -116,7 +116,7 @@ impl Network {
     }
 
     /// Explains an error frame, which has no identifier: `what` happened.
-    pub fn error_frame(what: &str) -> Explanation {
+    pub(crate) fn error_frame(what: &str) -> Explanation {
         Explanation {
             kind: Kind::ErrorFrame,
             id: None,
@@ -131,7 +131,7 @@ impl Network {
     }
 
     /// Explains octets of a capture that are no frame of CAN 2.0: `why`.
-    pub fn no_frame(octets: &[u8], why: &str) -> Explanation {
+    pub(crate) fn no_frame(octets: &[u8], why: &str) -> Explanation {
         Explanation {
             kind: Kind::Noise,
             id: None,

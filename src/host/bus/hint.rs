@@ -55,14 +55,14 @@ impl Addresses {
     const NONE: Self = Self(0);
 
     /// These.
-    pub fn of(addresses: impl IntoIterator<Item = Address>) -> Self {
+    pub(crate) fn of(addresses: impl IntoIterator<Item = Address>) -> Self {
         let mut all = Self::NONE;
         addresses.into_iter().for_each(|address| all.add(address));
         all
     }
 
     /// Whether this one is among them.
-    pub const fn contains(self, address: Address) -> bool {
+    pub(crate) const fn contains(self, address: Address) -> bool {
         self.0 >> address.number() & 1 == 1
     }
 

@@ -12,7 +12,7 @@ pub struct StationErrors {
 
 impl StationErrors {
     /// How often this happened.
-    pub fn of(&self, kind: ErrorKind) -> u64 {
+    pub(crate) fn of(&self, kind: ErrorKind) -> u64 {
         self.counts.get(kind as usize).copied().unwrap_or_default()
     }
 

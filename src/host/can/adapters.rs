@@ -7,8 +7,8 @@ use std::path::PathBuf;
 
 use rustix::event::{PollFd, PollFlags};
 
+use super::Bus;
 use super::line::News;
-use super::{Bus, Seat};
 use crate::host::reach::{ListenError, Reach, listen};
 use crate::host::{Error, Stop};
 use crate::time::Instant;
@@ -64,11 +64,6 @@ impl Adapters {
 
     pub(super) fn name(&self) -> &str {
         &self.name
-    }
-
-    /// The seats of the adapters on the bus.
-    pub(super) fn seats(&self) -> impl Iterator<Item = Seat> + '_ {
-        self.adapters.iter().map(Adapter::seat)
     }
 
     /// Takes in new masters, and what masters have sent. True if there may be more at once.

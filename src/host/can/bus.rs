@@ -34,7 +34,7 @@ use wire::Wire;
 
 /// How far behind `now` frames and deadlines are still worked off at their own times. Whoever calls later than that
 /// (a process that was stopped for a minute) finds the bus as if it had stood still meanwhile.
-pub const CATCH_UP: Duration = Duration::from_millis(100);
+pub(crate) const CATCH_UP: Duration = Duration::from_millis(100);
 
 /// How much later a station is called again that was called at its time and wants to be called at that time still.
 const AGAIN: Duration = Duration::from_micros(100);
@@ -81,7 +81,7 @@ impl<E: 'static> Bus<E> {
     }
 
     /// The rate of every station.
-    pub const fn rate(&self) -> BitRate {
+    pub(crate) const fn rate(&self) -> BitRate {
         self.rate
     }
 
@@ -106,12 +106,12 @@ impl<E: 'static> Bus<E> {
     }
 
     /// Whether a frame of a port could be taken now. False for what is no port.
-    pub fn has_room(&self, seat: Seat) -> bool {
+    pub(crate) fn has_room(&self, seat: Seat) -> bool {
         self.occupant(seat).is_some_and(Occupant::has_room)
     }
 
     /// Whether every frame of a station has been sent.
-    pub fn is_idle(&self, seat: Seat) -> bool {
+    pub(crate) fn is_idle(&self, seat: Seat) -> bool {
         !self.wire.is_sending(seat) && self.occupant(seat).is_none_or(Occupant::is_idle)
     }
 
@@ -129,7 +129,7 @@ impl<E: 'static> Bus<E> {
     }
 
     /// Whether a port collects what it hears. At first it does.
-    pub fn listen(&mut self, seat: Seat, listens: bool) {
+    pub(crate) fn listen(&mut self, seat: Seat, listens: bool) {
         if let Some(occupant) = self.seats.get_mut(seat.0).and_then(Option::as_mut) {
             occupant.listen(listens);
         }
@@ -141,13 +141,13 @@ impl<E: 'static> Bus<E> {
     }
 
     /// What happened to a port since this was asked before.
-    pub fn take_notes(&mut self, seat: Seat) -> Notes {
+    pub(crate) fn take_notes(&mut self, seat: Seat) -> Notes {
         let occupant = self.seats.get_mut(seat.0).and_then(Option::as_mut);
         occupant.map(|occupant| core::mem::take(&mut occupant.notes)).unwrap_or_default()
     }
 
     /// The error counters of a station.
-    pub fn confinement(&self, seat: Seat) -> Option<Confinement> {
+    pub(crate) fn confinement(&self, seat: Seat) -> Option<Confinement> {
         self.occupant(seat).map(|occupant| occupant.confinement)
     }
 
@@ -160,17 +160,17 @@ impl<E: 'static> Bus<E> {
     }
 
     /// Every seat that is taken.
-    pub fn seats(&self) -> impl Iterator<Item = Seat> + '_ {
+    pub(crate) fn seats(&self) -> impl Iterator<Item = Seat> + '_ {
         self.seats.iter().enumerate().filter(|(_, place)| place.is_some()).map(|(index, _)| Seat(index))
     }
 
     /// The faults that strike frames.
-    pub const fn faults(&self) -> &Faults {
+    pub(crate) const fn faults(&self) -> &Faults {
         &self.faults
     }
 
     /// The faults that strike frames, to change them while the bus runs.
-    pub const fn faults_mut(&mut self) -> &mut Faults {
+    pub(crate) const fn faults_mut(&mut self) -> &mut Faults {
         &mut self.faults
     }
 
@@ -197,7 +197,7 @@ impl<E: 'static> Bus<E> {
     }
 
     /// Whether [`Event::Passed`] is reported for each frame. At first not.
-    pub const fn watch(&mut self, watched: bool) {
+    pub(crate) const fn watch(&mut self, watched: bool) {
         self.events.watched = watched;
     }
 

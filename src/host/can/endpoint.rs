@@ -66,7 +66,7 @@ impl<L: Link> SlcanEndpoint<L> {
     ///
     /// # Errors
     /// [`io::ErrorKind::InvalidInput`]: slcan has no number for this rate. Others: the link does not work.
-    pub fn open(mut link: L, rate: BitRate) -> io::Result<Self> {
+    pub(crate) fn open(mut link: L, rate: BitRate) -> io::Result<Self> {
         let code = code(rate).ok_or(io::ErrorKind::InvalidInput)?;
         // A channel that another left open refuses the rate; a line that another left half done ends first.
         link.send(&[CR, CR, b'C', CR, b'S', code, CR, b'O', CR])?;

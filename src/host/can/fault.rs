@@ -28,7 +28,7 @@ pub(crate) enum FrameFault {
 /// The faults of a bus. Of those that strike one frame the first given acts. A frame that is repeated after an error counts
 /// again. Faults of nodes are in the list, too, and act in the nodes.
 #[derive(Debug, Default)]
-pub struct Faults {
+pub(crate) struct Faults {
     list: List<Option<Seat>>,
 }
 
@@ -44,17 +44,17 @@ pub(super) enum Strike {
 
 impl Faults {
     /// Each fault with its number and how often it was injected on the bus.
-    pub fn iter(&self) -> impl Iterator<Item = (u32, Rule, u32)> + '_ {
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (u32, Rule, u32)> + '_ {
         self.list.iter()
     }
 
     /// Adds a fault behind the others, for the frames of whoever sends. Returns its number, by which it is removed.
-    pub fn add(&mut self, now: Instant, rule: Rule) -> u32 {
+    pub(crate) fn add(&mut self, now: Instant, rule: Rule) -> u32 {
         self.list.add(now, rule, None)
     }
 
     /// Ends a fault. `None`: there is none of this number.
-    pub fn remove(&mut self, number: u32) -> Option<Rule> {
+    pub(crate) fn remove(&mut self, number: u32) -> Option<Rule> {
         self.list.remove(number)
     }
 

@@ -64,7 +64,7 @@ impl Numbers {
     }
 
     /// Whether this one is among them.
-    pub const fn contains(self, node: NodeId) -> bool {
+    pub(crate) const fn contains(self, node: NodeId) -> bool {
         self.0 & bit(node) != 0
     }
 

@@ -35,10 +35,6 @@ impl Interface {
         &self.name
     }
 
-    pub(super) const fn seat(&self) -> Seat {
-        self.seat
-    }
-
     /// Puts what came from outside on the bus, as far as it has room. What does not fit waits outside.
     pub(super) fn read<E: 'static>(&mut self, bus: &mut Bus<E>, now: Instant) -> io::Result<()> {
         while bus.has_room(self.seat) {

@@ -109,7 +109,7 @@ impl<E: 'static> Line<E> {
 
     /// A bus without stations that goes on behind `endpoint`: masters and other nodes are there. `rate` is what the bus
     /// outside has; it times the frames here.
-    pub fn over(endpoint: Box<dyn CanEndpoint + Send>, name: String, rate: BitRate) -> Self {
+    pub(crate) fn over(endpoint: Box<dyn CanEndpoint + Send>, name: String, rate: BitRate) -> Self {
         let clock = SystemClock::new();
         let mut bus = Bus::new(rate);
         let outside = Interface::new(endpoint, name, &mut bus, clock.now());
@@ -130,15 +130,6 @@ impl<E: 'static> Line<E> {
         self.bus.add(self.clock.now(), participant)
     }
 
-    /// Does something to the participant at a seat, if it is a `T`.
-    pub fn with<T: CanParticipant<Event = E>, R>(
-        &mut self,
-        seat: Seat,
-        act: impl FnOnce(&mut T, crate::time::Instant) -> R,
-    ) -> Option<R> {
-        self.bus.with(self.clock.now(), seat, act)
-    }
-
     /// The bus, to provoke errors and to read counters.
     pub const fn bus(&self) -> &Bus<E> {
         &self.bus
@@ -152,15 +143,6 @@ impl<E: 'static> Line<E> {
     /// The time of the bus.
     pub const fn clock(&self) -> SystemClock {
         self.clock
-    }
-
-    /// The seats of the masters' adapters, or of everybody outside.
-    pub fn masters(&self) -> impl Iterator<Item = Seat> + '_ {
-        let (adapters, outside) = match &self.masters {
-            Masters::Adapters(adapters) => (Some(adapters.seats()), None),
-            Masters::Outside(outside) => (None, Some(outside.seat())),
-        };
-        adapters.into_iter().flatten().chain(outside)
     }
 
     /// Runs the bus until `stop` is requested. `on_news` gets what happens. It can be called again afterwards.

@@ -1,7 +1,6 @@
 //! A CANopen device on a bus, and the file its EEPROM is kept in.
 
 use core::any::Any;
-use std::path::PathBuf;
 
 use super::CanParticipant;
 use super::node_counters::NodeCounters;
@@ -14,9 +13,10 @@ use crate::can_bus::canopen::storage::{Eeprom, Generation, NotStored, StoreReque
 use crate::can_bus::canopen::{NmtState, NodeId};
 use crate::devices::{CanopenDevice, CanopenEvent};
 use crate::face::Why;
+use crate::host::Stored;
 use crate::host::list::Choices;
 use crate::host::repeats::Repeats;
-use crate::host::state_dir::{ImageFile, Images, Newest, StateDir, StateDirError};
+use crate::host::state_dir::{Images, Newest, StateDir, StateDirError};
 use crate::time::Instant;
 
 /// Room for the image of any device.
@@ -27,14 +27,12 @@ const LONGEST_IMAGE: usize = 16 * 1024;
 /// It is switched on when it is made, and off when it is dropped. With a file, an SDO that stores something is
 /// answered when what it stores is on the disk.
 pub struct StoredNode {
-    unit: Unit,
-    file: Option<ImageFile<Kept>>,
+    stored: Stored<Unit>,
     error_state: ErrorState,
     /// Faults on purpose between the device and the bus.
     spoiler: Option<Box<Spoiler>>,
     counters: NodeCounters,
     repeats: Repeats<canopen::Event>,
-    now: Instant,
 }
 
 /// The device with what it hands over.
@@ -58,135 +56,107 @@ impl StoredNode {
     /// A device whose EEPROM lives as long as it, switched on at `now`.
     pub fn new(mut device: Box<dyn CanopenDevice>, now: Instant) -> Self {
         device.power_on(now);
-        let unit = Unit { device, buffer: Vec::new(), recalled: None };
-        Self::over(unit, None, now)
+        let mut stored = Stored::from(Unit { device, buffer: Vec::new(), recalled: None });
+        stored.act(now, |_| {});
+        Self::over(stored)
     }
 
-    fn over(unit: Unit, file: Option<ImageFile<Kept>>, now: Instant) -> Self {
-        let counters = NodeCounters::default();
+    fn over(stored: Stored<Unit>) -> Self {
         Self {
-            unit,
-            file,
+            stored,
             error_state: ErrorState::Active,
             spoiler: None,
-            counters,
+            counters: NodeCounters::default(),
             repeats: Repeats::default(),
-            now,
         }
     }
 
     /// What it has heard and sent since it was made.
-    pub const fn counters(&self) -> &NodeCounters {
+    pub(crate) const fn counters(&self) -> &NodeCounters {
         &self.counters
     }
 
     /// The node number in force.
     pub fn node_id(&self) -> NodeId {
-        self.unit.device.node_id()
-    }
-
-    /// The file of its EEPROM.
-    pub fn path(&self) -> Option<PathBuf> {
-        Some(self.file.as_ref()?.path())
+        self.stored.unit().device.node_id()
     }
 
     /// The device, whichever it is.
     pub fn as_device(&self) -> &dyn CanopenDevice {
-        &*self.unit.device
+        &*self.stored.unit().device
     }
 
     /// Does something to the device, whichever it is.
     pub fn act<R>(&mut self, now: Instant, act: impl FnOnce(&mut dyn CanopenDevice, Instant) -> R) -> R {
-        self.take_outcome(now);
-        let result = act(&mut *self.unit.device, now);
-        self.hand_over(now);
-        result
+        self.stored.act(now, |unit| act(&mut *unit.device, now))
     }
 
     /// From now on what it sends is spoiled by this fault, too. `number` is for [`unspoil`](Self::unspoil).
     ///
     /// # Errors
     /// [`TooMany`].
-    pub fn spoil(&mut self, now: Instant, number: u32, kind: Kind, when: When) -> Result<(), TooMany> {
+    pub(crate) fn spoil(&mut self, now: Instant, number: u32, kind: Kind, when: When) -> Result<(), TooMany> {
         self.spoiler.get_or_insert_default().add(now, number, kind, when)
     }
 
     /// Ends the fault of that number.
-    pub fn unspoil(&mut self, number: u32) {
+    pub(crate) fn unspoil(&mut self, number: u32) {
         if let Some(spoiler) = &mut self.spoiler {
             spoiler.remove(number);
         }
     }
 
     /// How often the fault of that number was injected.
-    pub fn injected(&self, number: u32) -> u32 {
+    pub(crate) fn injected(&self, number: u32) -> u32 {
         self.spoiler.as_ref().map_or(0, |spoiler| spoiler.injected(number))
     }
 
     /// The device, if it is a `D`.
     pub fn device<D: CanopenDevice>(&self) -> Option<&D> {
-        let device: &dyn Any = &*self.unit.device;
+        let device: &dyn Any = &*self.stored.unit().device;
         device.downcast_ref()
     }
 
     /// What keeps its drive from moving now; `None`: it has no drive.
     pub fn why(&self) -> Option<&dyn Why> {
-        self.unit.device.why()
-    }
-
-    /// Does something to the device, if it is a `D`: turns its shaft, say.
-    pub fn with<D: CanopenDevice, R>(
-        &mut self,
-        now: Instant,
-        act: impl FnOnce(&mut D, Instant) -> R,
-    ) -> Option<R> {
-        self.act(now, |device, now| {
-            let device: &mut dyn Any = device;
-            device.downcast_mut().map(|device| act(device, now))
-        })
+        self.stored.unit().device.why()
     }
 
     /// Carries out what faults ask for.
     fn follow_faults(&mut self, now: Instant) {
-        while let Some(action) = self.spoiler.as_mut().and_then(|spoiler| spoiler.poll_action(now)) {
-            let device = &mut self.unit.device;
-            match action {
-                Action::Off => device.power_off(now),
-                Action::On if device.is_on() => {}
-                Action::On => device.power_on(now),
-                // As if it had heard the command.
-                Action::LeaveOperational => {
-                    let command = Command::Enter(NmtState::PreOperational).frame(Some(device.node_id()));
-                    device.handle_frame(now, &command);
-                }
+        let Self { stored, spoiler: Some(spoiler), .. } = self else { return };
+        stored.act(now, |unit| {
+            while let Some(action) = spoiler.poll_action(now) {
+                unit.follow(now, action);
             }
-        }
+        });
     }
 
     /// The next frame to send, with what faults do to it.
     fn next_frame(&mut self, now: Instant) -> Option<Frame> {
-        let device = &mut self.unit.device;
+        let device = &mut self.stored.unit_mut().device;
         let Some(spoiler) = &mut self.spoiler else { return device.poll_transmit(now) };
         while let Some(frame) = device.poll_transmit(now) {
             spoiler.handle_frame(now, frame, device.node());
         }
         let frame = spoiler.poll_transmit();
-        self.take_outcome(now);
         self.follow_faults(now);
-        self.hand_over(now);
         frame
     }
+}
 
-    fn take_outcome(&mut self, now: Instant) {
-        self.now = now;
-        if let Some(file) = &mut self.file {
-            file.report_to(now, &mut self.unit);
-        }
-    }
-
-    fn hand_over(&mut self, now: Instant) {
-        if let Some(file) = &mut self.file {
-            file.take_from(now, &mut self.unit);
+impl Unit {
+    fn follow(&mut self, now: Instant, action: Action) {
+        let device = &mut self.device;
+        match action {
+            Action::Off => device.power_off(now),
+            Action::On if device.is_on() => {}
+            Action::On => device.power_on(now),
+            // As if it had heard the command.
+            Action::LeaveOperational => {
+                let command = Command::Enter(NmtState::PreOperational).frame(Some(device.node_id()));
+                device.handle_frame(now, &command);
+            }
         }
     }
 }
@@ -221,9 +191,7 @@ impl StateDir {
         }
         device.power_on(now);
         let unit = Unit { device, buffer: vec![0; LONGEST_IMAGE], recalled };
-        let mut stored = StoredNode::over(unit, Some(file), now);
-        stored.hand_over(now);
-        Ok(stored)
+        Ok(StoredNode::over(Stored::in_file(unit, file, now)))
     }
 }
 
@@ -253,6 +221,10 @@ impl Images for Unit {
             }
         }
     }
+
+    fn switch_off(&mut self, now: Instant) {
+        self.device.power_off(now);
+    }
 }
 
 /// Whether a master can cause it with each frame, so that it is counted when it comes again.
@@ -278,60 +250,52 @@ impl CanParticipant for StoredNode {
     type Event = CanopenEvent;
 
     fn receive(&mut self, now: Instant, frame: &Frame) {
-        self.take_outcome(now);
-        self.counters.hear(self.unit.device.node(), frame);
-        self.unit.device.handle_frame(now, frame);
-        self.hand_over(now);
+        let Self { stored, counters, .. } = self;
+        stored.act(now, |unit| {
+            counters.hear(unit.device.node(), frame);
+            unit.device.handle_frame(now, frame);
+        });
     }
 
     fn handle_timeout(&mut self, now: Instant) {
-        self.take_outcome(now);
-        self.unit.device.handle_timeout(now);
-        if let Some(spoiler) = &mut self.spoiler {
-            spoiler.handle_timeout(now, self.unit.device.node());
-        }
+        let Self { stored, spoiler, .. } = self;
+        stored.act(now, |unit| {
+            unit.device.handle_timeout(now);
+            if let Some(spoiler) = spoiler {
+                spoiler.handle_timeout(now, unit.device.node());
+            }
+        });
         self.follow_faults(now);
-        self.hand_over(now);
     }
 
     fn set_error_state(&mut self, now: Instant, state: ErrorState) {
-        self.take_outcome(now);
         let before = core::mem::replace(&mut self.error_state, state);
         self.counters.enter(before, state);
-        self.unit.device.handle_error_state(now, before, state);
-        self.hand_over(now);
+        self.stored.act(now, |unit| unit.device.handle_error_state(now, before, state));
     }
 
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
         let frame = self.next_frame(now)?;
-        self.counters.send(self.unit.device.node(), &frame);
+        self.counters.send(self.stored.unit().device.node(), &frame);
         Some(frame)
     }
 
     fn poll_event(&mut self) -> Option<CanopenEvent> {
-        while let Some(event) = self.unit.device.poll_event() {
+        let now = self.stored.now();
+        while let Some(event) = self.stored.unit_mut().device.poll_event() {
             self.counters.tell(&event);
             let CanopenEvent::Node(of_node) = event else { return Some(event) };
-            if !may_repeat(&of_node) || self.repeats.is_new(self.now, &of_node, is_same, 1) {
+            if !may_repeat(&of_node) || self.repeats.is_new(now, &of_node, is_same, 1) {
                 return Some(event);
             }
         }
-        let (event, again) = self.repeats.poll(self.now)?;
+        let (event, again) = self.repeats.poll(now)?;
         Some(CanopenEvent::Repeated { event, again })
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
-        let file = self.file.as_ref().and_then(ImageFile::poll_timeout);
+        let device = self.stored.poll_timeout(self.stored.unit().device.poll_timeout());
         let spoiled = self.spoiler.as_ref().and_then(|spoiler| spoiler.poll_timeout());
-        let first = Instant::first_of(Instant::first_of(self.unit.device.poll_timeout(), file), spoiled);
-        Instant::first_of(first, self.repeats.poll_timeout())
-    }
-}
-
-impl Drop for StoredNode {
-    fn drop(&mut self) {
-        self.take_outcome(self.now);
-        self.unit.device.power_off(self.now);
-        self.hand_over(self.now);
+        Instant::first_of(Instant::first_of(device, spoiled), self.repeats.poll_timeout())
     }
 }

@@ -43,7 +43,7 @@ pub struct NodeCounters {
 
 impl NodeCounters {
     /// Every kind of error with a name and how often.
-    pub const fn errors(&self) -> [(&'static str, u64); 5] {
+    pub(crate) const fn errors(&self) -> [(&'static str, u64); 5] {
         [
             ("RPDO length", self.rpdo_length),
             ("RPDO refused", self.rpdo_refused),

@@ -15,7 +15,7 @@ impl Bus<CanopenEvent> {
     ///
     /// # Errors
     /// [`TooMany`]; nothing is changed then.
-    pub fn add_fault(&mut self, now: Instant, rule: Rule) -> Result<u32, TooMany> {
+    pub(crate) fn add_fault(&mut self, now: Instant, rule: Rule) -> Result<u32, TooMany> {
         if self.faults().iter().count() >= MAX_FAULTS {
             return Err(TooMany);
         }
@@ -29,14 +29,14 @@ impl Bus<CanopenEvent> {
     }
 
     /// Gives a node that is not on the bus yet what is for it, so that its boot-up is concerned.
-    pub fn spoil_joining(&self, now: Instant, node: &mut StoredNode) {
+    pub(crate) fn spoil_joining(&self, now: Instant, node: &mut StoredNode) {
         for (number, rule, _) in self.faults().iter() {
             spoil(now, node, number, rule);
         }
     }
 
     /// Nodes have come, gone, or changed their numbers: faults of the frames of one are for whoever has its number now.
-    pub fn reseat_faults(&mut self) {
+    pub(crate) fn reseat_faults(&mut self) {
         let seats = nodes(self);
         let seat_of =
             |node| seats.iter().find(|(_, there)| *there == node).map_or(Seat::NOBODY, |(seat, _)| *seat);
@@ -44,7 +44,7 @@ impl Bus<CanopenEvent> {
     }
 
     /// Ends a fault. `None`: there is none of this number.
-    pub fn remove_fault(&mut self, now: Instant, number: u32) -> Option<Rule> {
+    pub(crate) fn remove_fault(&mut self, now: Instant, number: u32) -> Option<Rule> {
         let rule = self.faults_mut().remove(number)?;
         for (seat, _) in nodes(self) {
             self.with(now, seat, |node: &mut StoredNode, _| node.unspoil(number));
@@ -52,16 +52,8 @@ impl Bus<CanopenEvent> {
         Some(rule)
     }
 
-    /// Ends every fault.
-    pub fn clear_faults(&mut self, now: Instant) {
-        let numbers: Vec<u32> = self.faults().iter().map(|(number, ..)| number).collect();
-        for number in numbers {
-            self.remove_fault(now, number);
-        }
-    }
-
     /// Each fault with its number and how often it was injected, on the bus and in all nodes together.
-    pub fn list_faults(&self) -> Vec<(u32, Rule, u32)> {
+    pub(crate) fn list_faults(&self) -> Vec<(u32, Rule, u32)> {
         let seats = nodes(self);
         let in_nodes = |number| {
             let nodes = seats.iter().filter_map(|(seat, _)| self.participant::<StoredNode>(*seat));

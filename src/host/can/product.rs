@@ -45,7 +45,7 @@ impl Product {
     }
 
     /// Every point on which its manual leaves a choice.
-    pub fn quirks(&self) -> Vec<QuirkRow> {
+    pub(crate) fn quirks(&self) -> Vec<QuirkRow> {
         (self.quirks)()
     }
 
@@ -53,17 +53,17 @@ impl Product {
     ///
     /// # Errors
     /// [`QuirkError`] if the device has no such quirk, or the quirk no such value; nothing is changed then.
-    pub fn choose(&self, choices: &mut Choices, name: &str, value: &str) -> Result<(), QuirkError> {
+    pub(crate) fn choose(&self, choices: &mut Choices, name: &str, value: &str) -> Result<(), QuirkError> {
         choices.quirk(&self.quirks(), name, value)
     }
 
     /// Its choices, one of them chosen; `None`: it has no such choice.
-    pub fn chosen(&self, key: &str, word: &str) -> Option<Choices> {
+    pub(crate) fn chosen(&self, key: &str, word: &str) -> Option<Choices> {
         Choices::of_word(self.choices, key, word)
     }
 
     /// Its object dictionary.
-    pub fn objects(&self, choices: &Choices) -> &'static [Object] {
+    pub(crate) fn objects(&self, choices: &Choices) -> &'static [Object] {
         (self.objects)(choices)
     }
 

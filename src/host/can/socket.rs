@@ -23,7 +23,7 @@ impl SocketCanEndpoint {
     ///
     /// # Errors
     /// There is no such interface, it is no CAN interface, or the kernel has no CAN.
-    pub fn open(name: &str) -> io::Result<Self> {
+    pub(crate) fn open(name: &str) -> io::Result<Self> {
         let socket = CanSocket::open(name)?;
         socket.set_nonblocking(true)?;
         Ok(Self { socket })

@@ -40,7 +40,7 @@ const LENGTH: usize = 16;
 
 /// What the file says of the bus.
 #[derive(Clone, Copy, Debug)]
-pub struct CanInterface<'a> {
+pub(crate) struct CanInterface<'a> {
     /// What a master opens.
     pub name: &'a str,
     /// Who is on the bus, for people.
@@ -54,7 +54,11 @@ impl Capture {
     ///
     /// # Errors
     /// As [`Capture::create`].
-    pub fn create_can(path: &Path, bus: &CanInterface<'_>, clock: &dyn Clock) -> Result<Self, CaptureError> {
+    pub(crate) fn create_can(
+        path: &Path,
+        bus: &CanInterface<'_>,
+        clock: &dyn Clock,
+    ) -> Result<Self, CaptureError> {
         let speed = Some(bus.rate.bits_per_second());
         Self::begin(path, DataLink::CAN_SOCKETCAN, bus.name, bus.description, speed, clock)
     }
@@ -64,7 +68,7 @@ impl Capture {
     ///
     /// # Errors
     /// As [`Capture::write`].
-    pub fn write_can<E>(&mut self, event: &Event<E>) -> io::Result<()> {
+    pub(crate) fn write_can<E>(&mut self, event: &Event<E>) -> io::Result<()> {
         let (at, direction, octets, comment) = match event {
             Event::Passed { at, by_port, frame, .. } => {
                 let direction = if *by_port { Direction::Heard } else { Direction::Sent };
@@ -92,7 +96,7 @@ impl Capture {
 
 /// The octets of a frame in a capture.
 #[must_use]
-pub fn octets(frame: &Frame) -> [u8; LENGTH] {
+pub(crate) fn octets(frame: &Frame) -> [u8; LENGTH] {
     let kind = match frame.id() {
         Id::Base(_) => 0,
         Id::Extended(_) => EXTENDED,
@@ -120,7 +124,7 @@ fn written(id: u32, length: u8, data: &[u8]) -> [u8; LENGTH] {
 /// The frame that the octets of a packet are; `None`: an error frame, CAN FD, or fewer octets than the frame has. Never
 /// panics.
 #[must_use]
-pub fn frame(octets: &[u8]) -> Option<Frame> {
+pub(crate) fn frame(octets: &[u8]) -> Option<Frame> {
     let (id, rest) = octets.split_first_chunk::<4>()?;
     let ([length, _, _, _], data) = rest.split_first_chunk::<4>()?;
     let id = u32::from_be_bytes(*id);
@@ -138,7 +142,7 @@ pub fn frame(octets: &[u8]) -> Option<Frame> {
 
 /// Whether the octets of a packet are an error frame, which stands for an error that a controller has seen.
 #[must_use]
-pub fn is_error(octets: &[u8]) -> bool {
+pub(crate) fn is_error(octets: &[u8]) -> bool {
     octets.first_chunk().is_some_and(|id| u32::from_be_bytes(*id) & ERROR != 0)
 }
 

@@ -156,7 +156,7 @@ impl<R: Read> Reader<R> {
     ///
     /// # Errors
     /// [`ReadError`]; the most likely are [`ReadError::Foreign`] and [`ReadError::Classic`].
-    pub fn new(source: R) -> Result<Self, ReadError> {
+    pub(crate) fn new(source: R) -> Result<Self, ReadError> {
         Self::of_kind(source, Some(LinkType::ProfibusDl))
     }
 
@@ -164,7 +164,7 @@ impl<R: Read> Reader<R> {
     ///
     /// # Errors
     /// As [`Reader::new`].
-    pub fn of_any(source: R) -> Result<Self, ReadError> {
+    pub(crate) fn of_any(source: R) -> Result<Self, ReadError> {
         Self::of_kind(source, None)
     }
 

@@ -14,12 +14,12 @@ pub struct Switch(Arc<AtomicBool>);
 
 impl Switch {
     /// Turns it on or off.
-    pub fn set(&self, on: bool) {
+    pub(crate) fn set(&self, on: bool) {
         self.0.store(on, Ordering::Relaxed);
     }
 
     /// Whether it is on.
-    pub fn is_on(&self) -> bool {
+    pub(crate) fn is_on(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
 
@@ -42,7 +42,7 @@ pub enum Condition {
 
 impl Condition {
     /// Whether it holds for a value.
-    pub fn holds(self, value: f64) -> bool {
+    pub(crate) fn holds(self, value: f64) -> bool {
         match self {
             Self::Is(wanted) => value == wanted,
             Self::Above(limit) => value > limit,

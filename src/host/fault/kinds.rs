@@ -39,7 +39,7 @@ pub enum Way {
 
 impl Way {
     /// The bus.
-    pub const fn bus(self) -> BusKind {
+    pub(crate) const fn bus(self) -> BusKind {
         match self {
             Self::Request | Self::Reply => BusKind::Profibus,
             Self::Node | Self::Frame => BusKind::Can,

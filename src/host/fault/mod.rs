@@ -81,7 +81,7 @@ pub enum BusKind {
 
 impl BusKind {
     /// How a fault is written.
-    pub const fn form(self) -> &'static str {
+    pub(crate) const fn form(self) -> &'static str {
         match self {
             Self::Profibus => {
                 "FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,station=ADDRESS][,service=NAME][,state=NAME]\
@@ -131,7 +131,7 @@ impl Rule {
     ///
     /// # Errors
     /// [`NoStation`] if it is not: the fault would never act.
-    pub fn check(&self, there: impl IntoIterator<Item = u8>) -> Result<(), NoStation> {
+    pub(crate) fn check(&self, there: impl IntoIterator<Item = u8>) -> Result<(), NoStation> {
         let Some(station) = self.whom.station else {
             return Ok(());
         };
@@ -164,7 +164,7 @@ pub struct NoStation {
 
 impl NoStation {
     /// Who is there: `one of 5, 6`.
-    pub fn expected(&self) -> String {
+    pub(crate) fn expected(&self) -> String {
         let [station, line] = self.bus.words();
         let numbers: Vec<String> = self.there.iter().map(ToString::to_string).collect();
         match &numbers[..] {

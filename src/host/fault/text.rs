@@ -80,7 +80,7 @@ impl Rule {
     ///
     /// # Errors
     /// [`RuleError`].
-    pub fn on(bus: BusKind, text: &str) -> Result<Self, RuleError> {
+    pub(crate) fn on(bus: BusKind, text: &str) -> Result<Self, RuleError> {
         let mut parts = text.split(',');
         let first = parts.next().unwrap_or_default();
         let (name, value) = match first.split_once('=') {
@@ -114,7 +114,7 @@ impl Rule {
     ///
     /// # Errors
     /// [`RuleError::NoTime`] if there is none.
-    pub fn timed(self) -> Result<Self, RuleError> {
+    pub(crate) fn timed(self) -> Result<Self, RuleError> {
         let ends = self.when.until.is_some_and(|until| until <= self.when.from);
         if ends { Err(RuleError::NoTime) } else { Ok(self) }
     }

@@ -107,13 +107,8 @@ impl<L: Link, C: Clock> Faulty<L, C> {
         self.faults.is_empty() && self.heard.is_empty() && self.pieces.len() == 0 && self.late.is_empty()
     }
 
-    /// The link inside.
-    pub fn link_mut(&mut self) -> &mut L {
-        &mut self.link
-    }
-
     /// When to call [`Link::receive`] again although nothing arrived: something held back is due then.
-    pub fn poll_timeout(&self) -> Option<Instant> {
+    pub(crate) fn poll_timeout(&self) -> Option<Instant> {
         [self.next_late(), self.pieces.poll_timeout()].into_iter().flatten().min()
     }
 
@@ -178,7 +173,7 @@ impl Faults {
 
     /// What a fault waits for beside its occasions, and the switch to turn on while that holds
     /// ([`GsdStation::watch`](crate::host::GsdStation::watch)).
-    pub fn watches(&self, number: u32) -> Option<(fault::While, Switch)> {
+    pub(crate) fn watches(&self, number: u32) -> Option<(fault::While, Switch)> {
         let active = self.list.active.iter().find(|active| active.number == number)?;
         Some((active.rule.while_input?, active.seen.switch.clone()))
     }
@@ -194,12 +189,12 @@ impl Faults {
     }
 
     /// Whether there is none.
-    pub const fn is_empty(&self) -> bool {
+    pub(crate) const fn is_empty(&self) -> bool {
         self.list.active.is_empty()
     }
 
     /// What the stations hear at `now` instead of a telegram of a master: nothing, another one, or several.
-    pub fn request(&mut self, now: Instant, telegram: Vec<u8>) -> Vec<u8> {
+    pub(crate) fn request(&mut self, now: Instant, telegram: Vec<u8>) -> Vec<u8> {
         let Some(occasion) = self.observed.request(&telegram) else {
             return telegram;
         };
@@ -210,7 +205,7 @@ impl Faults {
     }
 
     /// What the line hears instead of what a station sends.
-    pub fn reply(&mut self, telegram: &[u8]) -> Outgoing {
+    pub(crate) fn reply(&mut self, telegram: &[u8]) -> Outgoing {
         let occasion = self.observed.reply(telegram);
         let mut reply = Outgoing::new(telegram);
         for active in &mut self.list.active {
@@ -284,7 +279,7 @@ impl<L: Link, C: Clock> Link for Faulty<L, C> {
 
 /// A reply on its way to the master, after the faults.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Outgoing {
+pub(crate) struct Outgoing {
     octets: Vec<u8>,
     /// Noise in front of it.
     noise: Vec<u8>,
@@ -304,12 +299,12 @@ impl Outgoing {
     }
 
     /// How much later than the station meant.
-    pub const fn delay(&self) -> Duration {
+    pub(crate) const fn delay(&self) -> Duration {
         self.delay
     }
 
     /// What is sent, in this order.
-    pub fn telegrams(&self) -> impl Iterator<Item = &[u8]> {
+    pub(crate) fn telegrams(&self) -> impl Iterator<Item = &[u8]> {
         let copies = core::iter::repeat_n(&self.octets[..], self.copies);
         core::iter::once(&self.noise[..]).chain(copies).filter(|octets| !octets.is_empty())
     }

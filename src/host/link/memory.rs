@@ -9,7 +9,7 @@ use std::time::Instant;
 use crate::host::{Link, Received, Stop};
 
 /// Octets an end keeps for its owner at most. When more arrive, the oldest are lost, as in a full receive buffer.
-pub const QUEUE_LEN: usize = 4096;
+pub(crate) const QUEUE_LEN: usize = 4096;
 
 /// How long a sleeping end takes at most to notice a stop request.
 const STOP_LATENCY: Duration = Duration::from_millis(10);

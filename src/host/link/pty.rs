@@ -109,7 +109,7 @@ impl Pty {
     ///
     /// # Errors
     /// As [`Pty::open`].
-    pub fn open_replacing(path: Option<&Path>) -> Result<Self, Error> {
+    pub(crate) fn open_replacing(path: Option<&Path>) -> Result<Self, Error> {
         Self::open_at(path, OldLink::Replace)
     }
 

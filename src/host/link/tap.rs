@@ -194,7 +194,7 @@ impl Watchers {
     }
 
     /// Whether there is one.
-    pub fn any(&self) -> bool {
+    pub(crate) fn any(&self) -> bool {
         self.0.load(Ordering::Relaxed) > 0
     }
 }
@@ -246,7 +246,7 @@ pub enum Direction {
 
 impl Batch {
     /// Adds one sending that ended at `at`: one telegram, or as many pieces as it has.
-    pub fn push(&mut self, at: Instant, direction: Direction, octets: &[u8]) {
+    pub(crate) fn push(&mut self, at: Instant, direction: Direction, octets: &[u8]) {
         let mut pieces = Pieces::ended();
         pieces.push(at, octets);
         self.take(&mut pieces, at, direction);

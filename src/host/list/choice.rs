@@ -168,7 +168,7 @@ impl Choices {
     }
 
     /// The word of a choice, if one was chosen.
-    pub fn word(&self, key: &str) -> Option<&'static str> {
+    pub(crate) fn word(&self, key: &str) -> Option<&'static str> {
         let Picked::Word(word) = self.picked(key)? else { return None };
         Some(word)
     }
@@ -192,7 +192,7 @@ impl Choices {
     }
 
     /// Whether a flag was set.
-    pub fn flag(&self, key: &str) -> bool {
+    pub(crate) fn flag(&self, key: &str) -> bool {
         matches!(self.picked(key), Some(Picked::Flag(true)))
     }
 

@@ -37,7 +37,7 @@ use crate::host::can::Product;
 use choice::rows;
 
 /// Every device; of a group the usual one first.
-pub static DEVICES: &[Device] = &[
+pub(crate) static DEVICES: &[Device] = &[
     Device::Slave(Slave {
         name: "ag03-1",
         group: Group::Drive,
@@ -188,7 +188,7 @@ pub enum Device {
 
 impl Device {
     /// Its name on the command line, as `ag03-1`. On one bus no two have the same.
-    pub const fn name(&self) -> &'static str {
+    pub(crate) const fn name(&self) -> &'static str {
         match self {
             Self::Slave(slave) => slave.name,
             Self::Node(product) => product.name,
@@ -196,7 +196,7 @@ impl Device {
     }
 
     /// By which option, table or route it is given.
-    pub const fn group(&self) -> Group {
+    pub(crate) const fn group(&self) -> Group {
         match self {
             Self::Slave(slave) => slave.group,
             Self::Node(_) => Group::Node,
@@ -204,7 +204,7 @@ impl Device {
     }
 
     /// What can be chosen about it.
-    pub const fn choices(&self) -> &'static [Choice] {
+    pub(crate) const fn choices(&self) -> &'static [Choice] {
         match self {
             Self::Slave(slave) => slave.choices,
             Self::Node(product) => product.choices,
@@ -212,7 +212,7 @@ impl Device {
     }
 
     /// Every point on which its manual leaves a choice.
-    pub fn quirks(&self) -> Vec<QuirkRow> {
+    pub(crate) fn quirks(&self) -> Vec<QuirkRow> {
         match self {
             Self::Slave(slave) => (slave.quirks)(),
             Self::Node(product) => product.quirks(),
@@ -220,7 +220,7 @@ impl Device {
     }
 
     /// The device on CANopen.
-    pub const fn product(&self) -> Option<&Product> {
+    pub(crate) const fn product(&self) -> Option<&Product> {
         match self {
             Self::Slave(_) => None,
             Self::Node(product) => Some(product),

@@ -14,7 +14,7 @@ const MOST_OFFERED: usize = 5;
 ///
 /// # Errors
 /// That there is none, and those near it.
-pub fn parameter(text: &str) -> Result<&'static Entry, String> {
+pub(crate) fn parameter(text: &str) -> Result<&'static Entry, String> {
     if let Some(number) = text.parse().ok().or_else(|| hexadecimal(text)) {
         let known = Pnu::new(number).ok().and_then(|pnu| TABLE.iter().find(|entry| entry.pnu == pnu));
         return known.ok_or_else(|| {
@@ -49,7 +49,7 @@ fn nearest_entries(distance: impl Fn(&Entry) -> usize) -> String {
 }
 
 /// Letters and digits of a name, in lower case.
-pub fn plain(name: &str) -> String {
+pub(crate) fn plain(name: &str) -> String {
     name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect()
 }
 
@@ -58,7 +58,7 @@ pub fn plain(name: &str) -> String {
 ///
 /// # Errors
 /// That there is none, or no such element.
-pub fn find<'t>(table: &'t Table, text: &str) -> Result<(&'t Row, Option<u8>), String> {
+pub(crate) fn find<'t>(table: &'t Table, text: &str) -> Result<(&'t Row, Option<u8>), String> {
     if let Some(row) = whole(table, text) {
         return match row.elements {
             Some(count) => Err(format!(

@@ -7,7 +7,7 @@ use super::{Choice, Group, Takes};
 
 impl Group {
     /// The schema of a specification of the group, its own keys in `more`.
-    pub fn schema(self, more: impl IntoIterator<Item = (String, Value)>) -> Value {
+    pub(crate) fn schema(self, more: impl IntoIterator<Item = (String, Value)>) -> Value {
         let (least, most) = match self {
             Self::Drive | Self::PpoDrive | Self::Station => (0, 126),
             Self::Node => (1, 127),

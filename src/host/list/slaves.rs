@@ -16,8 +16,7 @@ use crate::devices::ppo_drive::{Drive, Settings};
 use crate::gsd::{Gsd, Level, MAX_FILE_LEN, Policy, ReadError, Station, did_you_mean};
 use crate::host::fault::{Condition, Switch};
 use crate::host::{
-    GsdStation, HostedPpoDrive, OutputBoard, Participant, PpoJudge, Refusals, StateDir, StateDirError,
-    StoredDevice,
+    GsdStation, HostedPpoDrive, OutputBoard, Participant, PpoJudge, Refusals, StateDir, StateDirError, Stored,
 };
 use crate::process::{Point, Signal};
 use crate::profibus::dp::{Application as _, Description, Fixed};
@@ -99,7 +98,7 @@ impl Prepared {
     ///
     /// # Errors
     /// [`MakeError`].
-    pub fn make(self, ground: &Ground<'_>) -> Made {
+    pub(crate) fn make(self, ground: &Ground<'_>) -> Made {
         let Self { station, signals, watched, make, .. } = self;
         make(ground, Parts { station, signals, watched })
     }
@@ -130,12 +129,12 @@ pub(super) fn ag03(spec: &Spec, model: Model) -> Result<Prepared, Wrong> {
     let address = spec.address();
     let about = format!("SIKO {}, gear {}:1, at address {address}", model.product_name(), config.gear);
     Ok(Prepared::new(about, move |ground, _| {
-        let mut device: StoredDevice = match ground.state {
+        let mut device: Stored<Device> = match ground.state {
             Some(state) => state.load(config, ground.now)?,
             None => Device::new(config, ground.now).into(),
         };
         for (pnu, value) in values {
-            let written = device.device_mut().write_parameter(ground.now, pnu, None, value);
+            let written = device.unit_mut().write_parameter(ground.now, pnu, None, value);
             written.map_err(|error| MakeError::Refused(format!("drive {address}: PNU {pnu}: {error}")))?;
         }
         Ok(Box::new(device))
@@ -193,16 +192,16 @@ pub(super) fn gsd_station(spec: &Spec) -> Result<Prepared, Wrong> {
         }
         let mut hosted = GsdStation::new(address, ground.rate, station, ground.refusals.clone())
             .on_board(ground.board.clone());
-        if let Some(state) = ground.state {
-            hosted = hosted.kept_in(state, ground.now)?;
-        }
         for signal in parts.signals {
             hosted.connect(signal);
         }
         for (point, condition, switch) in parts.watched {
             hosted.watch(point, condition, switch);
         }
-        Ok(Box::new(hosted))
+        Ok(match ground.state {
+            Some(state) => Box::new(hosted.kept_in(state, ground.now)?),
+            None => Box::new(hosted),
+        })
     });
     Ok(Prepared { station: Some(station), ..prepared })
 }
@@ -290,11 +289,11 @@ pub(super) fn ppo_drive(spec: &Spec) -> Result<Prepared, Wrong> {
         let what = (description, PpoOnly { inner, only });
         let drive = PpoDrive::new(address, ground.rate, what, table, ground.now);
         let drive = drive.map_err(|row| MakeError::Refused(default_refused(&row)))?;
-        let mut hosted = HostedPpoDrive::new(drive, ground.refusals.clone());
-        if let Some(state) = ground.state {
-            hosted = hosted.kept_in(state, ground.now)?;
-        }
-        Ok(Box::new(hosted))
+        let hosted = HostedPpoDrive::new(drive, ground.refusals.clone());
+        Ok(match ground.state {
+            Some(state) => Box::new(hosted.kept_in(state, ground.now)?),
+            None => Box::new(hosted),
+        })
     }))
 }
 

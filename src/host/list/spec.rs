@@ -27,7 +27,7 @@ impl Group {
     pub const ALL: [Self; 4] = [Self::Drive, Self::PpoDrive, Self::Station, Self::Node];
 
     /// Its table in TOML; with `--` its option.
-    pub const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Drive => "drive",
             Self::PpoDrive => "ppo-drive",
@@ -37,7 +37,7 @@ impl Group {
     }
 
     /// The key of the place on the bus.
-    pub const fn place_key(self) -> &'static str {
+    pub(crate) const fn place_key(self) -> &'static str {
         match self {
             Self::Drive | Self::PpoDrive | Self::Station => "address",
             Self::Node => "id",
@@ -45,7 +45,7 @@ impl Group {
     }
 
     /// The key that says which device of the group it is.
-    pub const fn device_key(self) -> &'static str {
+    pub(crate) const fn device_key(self) -> &'static str {
         match self {
             Self::Drive => "model",
             Self::PpoDrive | Self::Station | Self::Node => "device",
@@ -53,19 +53,19 @@ impl Group {
     }
 
     /// The devices of the group, the usual one first.
-    pub fn devices(self) -> impl Iterator<Item = &'static Device> {
+    pub(crate) fn devices(self) -> impl Iterator<Item = &'static Device> {
         DEVICES.iter().filter(move |device| device.group() == self)
     }
 
     /// The names of its devices, sorted.
-    pub fn names(self) -> Vec<&'static str> {
+    pub(crate) fn names(self) -> Vec<&'static str> {
         let mut names: Vec<_> = self.devices().map(Device::name).collect();
         names.sort_unstable();
         names
     }
 
     /// Everything that can be chosen about one of its devices, each key once.
-    pub fn choices(self) -> Vec<&'static Choice> {
+    pub(crate) fn choices(self) -> Vec<&'static Choice> {
         let mut all: Vec<&'static Choice> = Vec::new();
         for choice in self.devices().flat_map(|device| device.choices()) {
             if all.iter().all(|known| known.key != choice.key) {
@@ -76,7 +76,7 @@ impl Group {
     }
 
     /// The form of a specification, `place` before it: `ADDRESS[,model=ag03-1|ag03][,gear=24|48]`.
-    pub fn form(self, place: &str) -> String {
+    pub(crate) fn form(self, place: &str) -> String {
         let device = match &*self.names() {
             [_] | [] => String::new(),
             several => format!("[,{}={}]", self.device_key(), several.join("|")),
@@ -171,7 +171,7 @@ pub struct Spec {
 
 impl Spec {
     /// A device of which nothing is chosen.
-    pub fn plain(device: &'static Device, place: u8) -> Self {
+    pub(crate) fn plain(device: &'static Device, place: u8) -> Self {
         Self { device, place, choices: Choices::default() }
     }
 
@@ -179,7 +179,7 @@ impl Spec {
     ///
     /// # Errors
     /// [`Wrong`] says which key.
-    pub fn parse(group: Group, text: &str) -> Result<Self, Wrong> {
+    pub(crate) fn parse(group: Group, text: &str) -> Result<Self, Wrong> {
         let (place, rest) = text.split_once(',').map_or((text, None), |(place, rest)| (place, Some(rest)));
         // A key begins with a letter; anything else is meant as the place.
         if place.contains('=') && place.starts_with(|first: char| first.is_ascii_alphabetic()) {
@@ -204,7 +204,7 @@ impl Spec {
     ///
     /// # Errors
     /// [`Wrong`] says which key.
-    pub fn of_given(group: Group, given: &Given, folder: &Path) -> Result<Self, Wrong> {
+    pub(crate) fn of_given(group: Group, given: &Given, folder: &Path) -> Result<Self, Wrong> {
         let Given::Table(table) = given else {
             return Err(Wrong::whole(format!("{given} is no {}; {}", group.name(), group.expected())));
         };
@@ -215,7 +215,7 @@ impl Spec {
     ///
     /// # Errors
     /// [`Wrong`] says which key.
-    pub fn prepare(&self) -> Result<Prepared, Wrong> {
+    pub(crate) fn prepare(&self) -> Result<Prepared, Wrong> {
         match self.device {
             Device::Slave(slave) => (slave.prepare)(self),
             Device::Node(product) => Err(Wrong::whole(format!("{} is on CANopen", product.name))),
@@ -226,7 +226,7 @@ impl Spec {
     ///
     /// # Errors
     /// [`Wrong`] says which key.
-    pub fn read(group: Group, given: &[(String, Given)], folder: &Path) -> Result<Self, Wrong> {
+    pub(crate) fn read(group: Group, given: &[(String, Given)], folder: &Path) -> Result<Self, Wrong> {
         let is_place = |key: &str| key == group.place_key() || key == "address";
         let place = given.iter().find(|(key, _)| is_place(key));
         let (key, place) = place.ok_or_else(|| Self::without_place(group, given))?;
@@ -340,7 +340,7 @@ impl Spec {
     ///
     /// # Errors
     /// What is wrong, and what there is.
-    pub fn choose_quirk(&mut self, name: &str, value: &str) -> Result<(), String> {
+    pub(crate) fn choose_quirk(&mut self, name: &str, value: &str) -> Result<(), String> {
         let rows = self.device.quirks();
         let chosen = self.choices.quirk(&rows, name, value);
         chosen.map_err(|error| quirk_refusal(self.device.name(), &rows, name, value, error))
@@ -351,19 +351,19 @@ impl Spec {
     ///
     /// # Errors
     /// As [`Spec::choose_quirk`].
-    pub fn choose_common_quirk(&mut self, name: &str, value: &str) -> Result<(), String> {
+    pub(crate) fn choose_common_quirk(&mut self, name: &str, value: &str) -> Result<(), String> {
         let is_its = self.device.quirks().iter().any(|row| row.name == name);
         let is_chosen = self.choices.quirks.iter().any(|(known, _)| *known == name);
         if is_its && !is_chosen { self.choose_quirk(name, value) } else { Ok(()) }
     }
 
     /// Its address on PROFIBUS.
-    pub const fn address(&self) -> Address {
+    pub(crate) const fn address(&self) -> Address {
         Address::from_octet(self.place)
     }
 
     /// Its node number on CANopen.
-    pub fn node(&self) -> NodeId {
+    pub(crate) fn node(&self) -> NodeId {
         // Checked when it was read.
         NodeId::new(self.place).unwrap_or(NodeId::MIN)
     }

@@ -23,6 +23,9 @@ pub trait Images {
     /// What became of an image; of one replaced by a newer one perhaps nothing is said. `stored` is whether it is safe;
     /// if not, what is kept is surely one of the images before it.
     fn handle_stored(&mut self, now: Instant, generation: Self::Generation, stored: bool);
+
+    /// Its host ends: what loses something without supply is switched off.
+    fn switch_off(&mut self, _now: Instant) {}
 }
 
 /// The file of one unit. No other unit gets it before this is dropped; what was handed over by then is still written,
@@ -46,17 +49,17 @@ impl<G: Copy> ImageFile<G> {
     ///
     /// # Errors
     /// [`StateDirError::File`].
-    pub fn store_first(&self, octets: &[u8]) -> Result<(), StateDirError> {
+    pub(crate) fn store_first(&self, octets: &[u8]) -> Result<(), StateDirError> {
         self.slots.store_now(&self.name, octets)
     }
 
     /// Its path.
-    pub fn path(&self) -> PathBuf {
+    pub(crate) fn path(&self) -> PathBuf {
         self.slots.path(&self.name)
     }
 
     /// Tells the unit what became of its images. Call it before anything is done to the unit.
-    pub fn report_to(&mut self, now: Instant, unit: &mut impl Images<Generation = G>) {
+    pub(crate) fn report_to(&mut self, now: Instant, unit: &mut impl Images<Generation = G>) {
         while !self.handed_over.is_empty()
             && let Some((ticket, stored)) = self.slots.outcome(&self.name)
         {
@@ -70,7 +73,7 @@ impl<G: Copy> ImageFile<G> {
 
     /// Hands over the newest image of the unit. Call it when something was done to the unit. One that still waits is
     /// replaced: the newer one holds all it holds.
-    pub fn take_from(&mut self, now: Instant, unit: &mut impl Images<Generation = G>) {
+    pub(crate) fn take_from(&mut self, now: Instant, unit: &mut impl Images<Generation = G>) {
         if let Some((generation, octets)) = unit.poll_image() {
             let (ticket, replaced) = self.slots.store(&self.name, octets);
             if replaced {
@@ -82,7 +85,7 @@ impl<G: Copy> ImageFile<G> {
     }
 
     /// When to call [`ImageFile::report_to`] again.
-    pub const fn poll_timeout(&self) -> Option<Instant> {
+    pub(crate) const fn poll_timeout(&self) -> Option<Instant> {
         self.look_again
     }
 }

@@ -174,7 +174,7 @@ impl StateDir {
     ///
     /// # Errors
     /// [`StateDirError::Owned`], [`StateDirError::File`].
-    pub fn file<G: Copy>(
+    pub(crate) fn file<G: Copy>(
         &self,
         name: &str,
         longest: usize,

@@ -12,7 +12,7 @@ use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::super::line::{Lines, check_address, lacks};
+use super::super::line::{Lines, lacks};
 use super::super::problem::{Problem, Problems, QueryOf};
 use super::super::routes::{OfLineName, Place};
 use super::super::station::{AmountState, seconds};
@@ -72,8 +72,8 @@ pub(in crate::panel) async fn events(
     State(lines): State<Lines>,
     QueryOf(OfWhom { line, address, after }): QueryOf<OfWhom>,
 ) -> Result<Json<RecentEvents>, Problem> {
-    check_address(address)?;
     let line = line.map(|name| lines.named(&name)).transpose()?.map(|line| line.name);
+    address.map_or(Ok(()), |address| lines.check(address))?;
     lines.all().iter().for_each(|line| line.hub.drain());
     let events = lines.readers().events(|events| {
         let events = events.iter().map(|(_, news)| news);

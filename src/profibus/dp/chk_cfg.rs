@@ -21,7 +21,7 @@ use super::Refusal;
 use super::octet_bits::octet_bits;
 
 /// The most input or output octets of a slave.
-pub const MAX_IO_LEN: usize = 244;
+pub(crate) const MAX_IO_LEN: usize = 244;
 
 octet_bits! {
     /// A bit of an identifier in the general format, or of a length octet, which has the first two.
@@ -78,7 +78,7 @@ impl Units {
     }
 
     /// The octets of all units.
-    pub fn octets(self) -> usize {
+    pub(crate) fn octets(self) -> usize {
         usize::from(self.count) * if self.words { 2 } else { 1 }
     }
 }
@@ -88,7 +88,7 @@ impl Identifier {
     ///
     /// # Errors
     /// [`CfgSyntax::CutOff`], also without any octet.
-    pub fn read(octets: &[u8]) -> Result<(Self, &[u8]), CfgSyntax> {
+    pub(crate) fn read(octets: &[u8]) -> Result<(Self, &[u8]), CfgSyntax> {
         let (behind, identifier) = identifier(octets).map_err(|_| CfgSyntax::CutOff)?;
         Ok((identifier, behind))
     }
@@ -127,7 +127,7 @@ impl IoLengths {
 
 /// The identifiers of a configuration one by one, each with its length and manufacturer octets. Ends before one that is
 /// cut off.
-pub fn identifiers(configuration: &[u8]) -> impl Iterator<Item = &[u8]> {
+pub(crate) fn identifiers(configuration: &[u8]) -> impl Iterator<Item = &[u8]> {
     let mut rest = configuration;
     core::iter::from_fn(move || {
         let (behind, _) = identifier(rest).ok()?;

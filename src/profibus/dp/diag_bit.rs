@@ -83,17 +83,17 @@ diag_bits! {
 
 impl DiagBit {
     /// Whether it is 1 in the octets of a diagnosis; `false` where they end before it.
-    pub fn is_set(self, diagnosis: &[u8]) -> bool {
+    pub(crate) fn is_set(self, diagnosis: &[u8]) -> bool {
         diagnosis.get(self.octet()).is_some_and(|octet| octet & self.mask() != 0)
     }
 
     /// The octet in which it alone is 1.
-    pub const fn mask(self) -> u8 {
+    pub(crate) const fn mask(self) -> u8 {
         1 << self.number()
     }
 
     /// The bit at this place, `octet` from 0; `None` if it is reserved.
-    pub fn at(octet: usize, number: u8) -> Option<Self> {
+    pub(crate) fn at(octet: usize, number: u8) -> Option<Self> {
         Self::ALL.iter().copied().find(|bit| (bit.octet(), bit.number()) == (octet, number))
     }
 }

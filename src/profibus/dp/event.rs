@@ -226,7 +226,7 @@ impl Configuration {
     }
 
     /// The identifier octets, at most the first eight.
-    pub fn identifiers(&self) -> &[u8] {
+    pub(crate) fn identifiers(&self) -> &[u8] {
         self.identifiers.get(..self.len.into()).unwrap_or(&self.identifiers)
     }
 }
@@ -245,7 +245,7 @@ impl fmt::Display for Configuration {
 
 impl Event {
     /// Whether it is cyclic detail: a log leaves it out unless asked for more.
-    pub const fn is_detail(&self) -> bool {
+    pub(crate) const fn is_detail(&self) -> bool {
         matches!(self, Self::Controlled { changed: false, .. } | Self::Read { .. })
     }
 }

@@ -13,10 +13,10 @@
 use thiserror::Error;
 
 /// The most octets of extended diagnosis.
-pub const MAX_LEN: usize = 238;
+pub(crate) const MAX_LEN: usize = 238;
 
 /// The most data octets of a device-related or identifier-related block.
-pub const MAX_BLOCK_DATA: usize = 62;
+pub(crate) const MAX_BLOCK_DATA: usize = 62;
 
 const DEVICE: u8 = 0x00;
 const IDENTIFIER: u8 = 0x40;
@@ -90,23 +90,23 @@ impl ExtDiag {
     }
 
     /// Ext_Diag: the blocks show a fault.
-    pub const fn ext_diag(&self) -> bool {
+    pub(crate) const fn ext_diag(&self) -> bool {
         self.ext_diag
     }
 
     /// Stat_Diag: the slave cannot deliver valid data.
-    pub const fn stat_diag(&self) -> bool {
+    pub(crate) const fn stat_diag(&self) -> bool {
         self.stat_diag
     }
 
     /// Ext_Diag_Overflow: a block was left out.
-    pub const fn overflow(&self) -> bool {
+    pub(crate) const fn overflow(&self) -> bool {
         self.overflow
     }
 
     /// The same with the first blocks that fit in `limit` octets; if some are left out, Ext_Diag_Overflow is set.
     #[must_use]
-    pub fn within(mut self, limit: usize) -> Self {
+    pub(crate) fn within(mut self, limit: usize) -> Self {
         let mut kept = 0;
         while let Some(header) = self.octets().get(kept) {
             let behind = kept + block_len(*header);
@@ -254,7 +254,7 @@ impl ChannelError {
     pub const ERROR: Self = Self(9);
 
     /// The error with this number: 1..=9 or, of the manufacturer, 16..=31. `None` for the others, which are reserved.
-    pub const fn numbered(number: u8) -> Option<Self> {
+    pub(crate) const fn numbered(number: u8) -> Option<Self> {
         match number {
             1..=9 => Some(Self(number)),
             0 | 10.. => Self::manufacturer(number),
@@ -262,12 +262,12 @@ impl ChannelError {
     }
 
     /// Its number.
-    pub const fn number(self) -> u8 {
+    pub(crate) const fn number(self) -> u8 {
         self.0
     }
 
     /// What the standard says of it; `None` for those of the manufacturer.
-    pub const fn words(self) -> Option<&'static str> {
+    pub(crate) const fn words(self) -> Option<&'static str> {
         Some(match self {
             Self::SHORT_CIRCUIT => "short circuit",
             Self::UNDERVOLTAGE => "undervoltage",
@@ -283,7 +283,7 @@ impl ChannelError {
     }
 
     /// An error of the manufacturer, 16..=31, or `None`.
-    pub const fn manufacturer(number: u8) -> Option<Self> {
+    pub(crate) const fn manufacturer(number: u8) -> Option<Self> {
         match number {
             16..=31 => Some(Self(number)),
             ..=15 | 32.. => None,

@@ -106,7 +106,7 @@ impl<A: Application> Framed<A> {
 
     /// An octet that ended at `now` came damaged: wrong parity, no stop bit, or lost because nobody took it in time.
     /// The telegram around it is refused once. Returns as [`Framed::handle_bytes`].
-    pub fn handle_damaged(&mut self, now: Instant) -> bool {
+    pub(crate) fn handle_damaged(&mut self, now: Instant) -> bool {
         let Self { framer, part } = self;
         let mut heard = false;
         framer.receive_damaged(now, |at, result| {

@@ -46,7 +46,7 @@ pub enum Latch {
 impl GlobalControl {
     /// Reads a command. `None` if there are not two octets, or if reserved bits are set and `check_reserved`: it is
     /// then ignored (S-08).
-    pub fn parse(octets: &[u8], check_reserved: bool) -> Option<Self> {
+    pub(crate) fn parse(octets: &[u8], check_reserved: bool) -> Option<Self> {
         let &[command, group_select] = octets else {
             return None;
         };
@@ -71,12 +71,12 @@ impl GlobalControl {
     }
 
     /// Whether it asks for anything: a master in Operate may send one that does not.
-    pub fn asks_anything(self) -> bool {
+    pub(crate) fn asks_anything(self) -> bool {
         self.clear_data || self.sync != Latch::Keep || self.freeze != Latch::Keep
     }
 
     /// Whether a slave of these groups obeys.
-    pub const fn addresses(self, group_ident: u8) -> bool {
+    pub(crate) const fn addresses(self, group_ident: u8) -> bool {
         self.group_select == 0 || self.group_select & group_ident != 0
     }
 }

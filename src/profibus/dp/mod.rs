@@ -123,11 +123,11 @@ services! {
 }
 
 /// The service access point of a master, from which it asks.
-pub const MASTER_SAP: Option<Sap> = Sap::new(62);
+pub(crate) const MASTER_SAP: Option<Sap> = Sap::new(62);
 
 impl Service {
     /// Whether the service may run now, for this caller (`dp-v0.md` 4.1).
-    pub const fn access(self, state: State, caller: Caller, policy: &Policy) -> Access {
+    pub(crate) const fn access(self, state: State, caller: Caller, policy: &Policy) -> Access {
         match (self, state, caller) {
             (Self::SlaveDiag | Self::GetCfg | Self::SetPrm, _, _) => Access::Run,
             (Self::RdInp | Self::RdOutp, State::DataExch, _) => Access::Run,
@@ -151,7 +151,7 @@ impl Service {
 
 /// Who asks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Caller {
+pub(crate) enum Caller {
     /// The master whose Set_Prm was accepted: Master_Add.
     Owner,
     /// Any other master, or any while there is no owner.

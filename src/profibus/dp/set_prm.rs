@@ -30,10 +30,10 @@ use super::policy::{NotSupported, Policy, ShortMinTsdr, WatchdogFactorZero};
 use super::{Application, Description, Refusal};
 
 /// Octets before the user parameters.
-pub const FIXED_LEN: usize = 7;
+pub(crate) const FIXED_LEN: usize = 7;
 
 /// The most octets of a request.
-pub const MAX_LEN: usize = 244;
+pub(crate) const MAX_LEN: usize = 244;
 
 /// Octets of DPV1_Status_1 to 3.
 const DPV1_LEN: usize = 3;
@@ -70,7 +70,7 @@ impl<'a> SetPrm<'a> {
     ///
     /// # Errors
     /// [`PrmFault::Length`] with fewer than seven octets.
-    pub fn parse(octets: &'a [u8]) -> Result<Self, PrmFault> {
+    pub(crate) fn parse(octets: &'a [u8]) -> Result<Self, PrmFault> {
         let got = octets.len();
         let mut fields = (be_u8::<_, Error<_>>, (be_u8, be_u8), be_u8, be_u16, be_u8, rest);
         match fields.parse(octets) {
@@ -82,33 +82,33 @@ impl<'a> SetPrm<'a> {
     }
 
     /// The master wants the slave for itself.
-    pub const fn lock_req(self) -> bool {
+    pub(crate) const fn lock_req(self) -> bool {
         PrmBit::LockReq.is_set(self.station_status)
     }
 
     /// The master releases the slave. Wins over [`SetPrm::lock_req`].
-    pub const fn unlock_req(self) -> bool {
+    pub(crate) const fn unlock_req(self) -> bool {
         PrmBit::UnlockReq.is_set(self.station_status)
     }
 
     /// The master will use Sync.
-    pub const fn sync_req(self) -> bool {
+    pub(crate) const fn sync_req(self) -> bool {
         PrmBit::SyncReq.is_set(self.station_status)
     }
 
     /// The master will use Freeze.
-    pub const fn freeze_req(self) -> bool {
+    pub(crate) const fn freeze_req(self) -> bool {
         PrmBit::FreezeReq.is_set(self.station_status)
     }
 
     /// The watchdog time, `None` if it is off: a factor of zero turns it off too, unless [`SetPrm::check`] refuses
     /// it.
-    pub fn watchdog(self) -> Option<Duration> {
+    pub(crate) fn watchdog(self) -> Option<Duration> {
         self.watchdog_of(WD_BASE)
     }
 
     /// The watchdog time of a slave with DPV1_Status octets, the first of which chooses the base.
-    pub fn dpv1_watchdog(self) -> Option<Duration> {
+    pub(crate) fn dpv1_watchdog(self) -> Option<Duration> {
         let short = self.user_prm.first().is_some_and(|status| status & WD_BASE_1MS != 0);
         self.watchdog_of(if short { Duration::from_millis(1) } else { WD_BASE })
     }
@@ -120,12 +120,12 @@ impl<'a> SetPrm<'a> {
     }
 
     /// The new min T_SDR in T_bit, `None` to keep the old one.
-    pub const fn min_tsdr(self) -> Option<u8> {
+    pub(crate) const fn min_tsdr(self) -> Option<u8> {
         if self.min_tsdr == 0 { None } else { Some(self.min_tsdr) }
     }
 
     /// The groups of the slave, bit 0 = group 1.
-    pub const fn group_ident(self) -> u8 {
+    pub(crate) const fn group_ident(self) -> u8 {
         self.group
     }
 
@@ -134,7 +134,7 @@ impl<'a> SetPrm<'a> {
     ///
     /// # Errors
     /// The first fault found.
-    pub fn check(
+    pub(crate) fn check(
         self,
         description: &Description,
         application: &impl Application,
@@ -178,7 +178,7 @@ impl<'a> SetPrm<'a> {
     }
 
     /// Whether Sync or Freeze is asked for and the slave lacks it.
-    pub const fn not_supported(self, description: &Description) -> bool {
+    pub(crate) const fn not_supported(self, description: &Description) -> bool {
         self.sync_req() && !description.sync_mode || self.freeze_req() && !description.freeze_mode
     }
 

@@ -13,11 +13,8 @@ use thiserror::Error;
 
 use crate::profibus::fdl::Address;
 
-/// Octets before Rem_Slave_Data.
-pub const FIXED_LEN: usize = 4;
-
 /// The most octets of Rem_Slave_Data.
-pub const MAX_REM_SLAVE_DATA: usize = 240;
+pub(crate) const MAX_REM_SLAVE_DATA: usize = 240;
 
 /// The highest address a slave can be given; 126 is for slaves that wait for one.
 const HIGHEST_ADDRESS: u8 = 125;
@@ -50,7 +47,7 @@ impl<'a> SetSlaveAdd<'a> {
     ///
     /// # Errors
     /// The first fault found. [`AddressFault::Locked`] is the slave's to find.
-    pub fn parse(octets: &'a [u8], ident: u16) -> Result<Self, AddressFault> {
+    pub(crate) fn parse(octets: &'a [u8], ident: u16) -> Result<Self, AddressFault> {
         let length = AddressFault::Length { got: octets.len() };
         let Some((&[address, ident_high, ident_low, no_add_chg], rem_slave_data)) =
             octets.split_first_chunk()

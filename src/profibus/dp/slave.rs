@@ -76,7 +76,7 @@ pub struct CfgTicket(u32);
 
 /// What a request led to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Handled<'a> {
+pub(crate) struct Handled<'a> {
     /// The reply.
     pub reply: Reply<'a>,
     /// News for the log.
@@ -89,14 +89,14 @@ pub struct Handled<'a> {
 
 impl<A: Application> Slave<A> {
     /// A slave that has just been switched on.
-    pub fn new(description: Description, application: A) -> Self {
+    pub(crate) fn new(description: Description, application: A) -> Self {
         Self::under(Policy::PROPOSED, description, application)
     }
 
     /// As [`Slave::new`] with another policy from the start.
     // Not inlined: made where it will lie, instead of copied there by each caller that builds more around it.
     #[inline(never)]
-    pub fn under(policy: Policy, description: Description, application: A) -> Self {
+    pub(crate) fn under(policy: Policy, description: Description, application: A) -> Self {
         let lengths = IoLengths::of(application.configuration(None)).unwrap_or_default();
         Self {
             description,
@@ -128,14 +128,14 @@ impl<A: Application> Slave<A> {
 
     /// The same slave with another policy.
     #[must_use]
-    pub const fn with_policy(mut self, policy: Policy) -> Self {
+    pub(crate) const fn with_policy(mut self, policy: Policy) -> Self {
         self.policy = policy;
         self
     }
 
     /// The same slave with what an earlier Set_Slave_Add left behind: the lock bit and Rem_Slave_Data.
     #[must_use]
-    pub fn with_stored(mut self, no_add_chg: bool, rem_slave_data: &[u8]) -> Self {
+    pub(crate) fn with_stored(mut self, no_add_chg: bool, rem_slave_data: &[u8]) -> Self {
         self.recall(no_add_chg, rem_slave_data);
         self
     }
@@ -156,7 +156,7 @@ impl<A: Application> Slave<A> {
     }
 
     /// Who judges for it, to be changed: a module was plugged, say. What was accepted stays so.
-    pub const fn application_mut(&mut self) -> &mut A {
+    pub(crate) const fn application_mut(&mut self) -> &mut A {
         &mut self.application
     }
 
@@ -201,7 +201,7 @@ impl<A: Application> Slave<A> {
     }
 
     /// Whether a Set_Slave_Add has ruled out further ones.
-    pub const fn no_add_chg(&self) -> bool {
+    pub(crate) const fn no_add_chg(&self) -> bool {
         self.no_add_chg
     }
 
@@ -237,14 +237,14 @@ impl<A: Application> Slave<A> {
     }
 
     /// Offers the inputs for the next Data_Exchange; octets behind the 244th are dropped.
-    pub fn set_inputs(&mut self, inputs: &[u8]) {
+    pub(crate) fn set_inputs(&mut self, inputs: &[u8]) {
         self.process_data.set_inputs(inputs);
     }
 
     /// Files the extended diagnosis, to stay until the next one is filed. Unless it is the same as before, each
     /// Data_Exchange is answered with high priority until the owner has read it, that of a fault that has gone
     /// too (`dp-v0.md` 6.2 rules 1, 2 and 4).
-    pub fn file_diagnosis(&mut self, diagnosis: &ExtDiag) {
+    pub(crate) fn file_diagnosis(&mut self, diagnosis: &ExtDiag) {
         let limit = usize::from(self.description.max_diag_len).saturating_sub(STANDARD_DIAG_LEN);
         let diagnosis = diagnosis.within(limit);
         if self.ext_diag != diagnosis {
@@ -284,21 +284,21 @@ impl<A: Application> Slave<A> {
 
     /// A telegram from `sa` that feeds the watchdog was heard at `now`: it starts anew if `sa` is the owner. Requests
     /// that are handled here call it themselves.
-    pub fn heard(&mut self, now: Instant, sa: Address) {
+    pub(crate) fn heard(&mut self, now: Instant, sa: Address) {
         if let (true, Some(watchdog)) = (self.owner == Some(sa), &mut self.watchdog) {
             watchdog.heard = now;
         }
     }
 
     /// The application is alive at `now`: the user watchdog starts anew.
-    pub const fn application_alive(&mut self, now: Instant) {
+    pub(crate) const fn application_alive(&mut self, now: Instant) {
         if let Some(watchdog) = &mut self.user_watchdog {
             watchdog.heard = now;
         }
     }
 
     /// The application gives up: the slave leaves its master (`dp-v0.md` 7 row 25).
-    pub fn abort(&mut self) -> Option<Event> {
+    pub(crate) fn abort(&mut self) -> Option<Event> {
         let master = self.owner?;
         self.leave_master(Stimulus::ApplicationLost);
         Some(Event::ApplicationAborted { master })
@@ -306,7 +306,7 @@ impl<A: Application> Slave<A> {
 
     /// The application has judged the configuration of `ticket` at `now`. Without effect if that one is no longer
     /// waiting.
-    pub fn judge_cfg(
+    pub(crate) fn judge_cfg(
         &mut self,
         now: Instant,
         ticket: CfgTicket,
@@ -322,7 +322,7 @@ impl<A: Application> Slave<A> {
 
     /// Carries out a request for data with reply (SRD).
     #[inline]
-    pub fn handle_srd(&mut self, now: Instant, request: &Request<'_>) -> Handled<'_> {
+    pub(crate) fn handle_srd(&mut self, now: Instant, request: &Request<'_>) -> Handled<'_> {
         let service = self.service(request);
         let access = match service {
             Some(service) => service.access(self.state, self.caller(request.sa), &self.policy),
@@ -366,7 +366,7 @@ impl<A: Application> Slave<A> {
     }
 
     /// Carries out a request without reply (SDN).
-    pub fn handle_sdn(&mut self, now: Instant, request: &Request<'_>) -> Option<Event> {
+    pub(crate) fn handle_sdn(&mut self, now: Instant, request: &Request<'_>) -> Option<Event> {
         let is_control = self.service(request) == Some(Service::GlobalControl);
         let caller = self.caller(request.sa);
         let runs =
@@ -401,7 +401,7 @@ impl<A: Application> Slave<A> {
     }
 
     /// Time has passed: a watchdog may expire. Harmless at any time.
-    pub fn handle_timeout(&mut self, now: Instant) -> Option<Event> {
+    pub(crate) fn handle_timeout(&mut self, now: Instant) -> Option<Event> {
         let master = self.owner?;
         if let Some(after) = self.watchdog.and_then(|watchdog| watchdog.expired(now)) {
             self.leave_master(Stimulus::WatchdogExpired);
@@ -415,7 +415,7 @@ impl<A: Application> Slave<A> {
     /// When to call [`Slave::handle_timeout`]. Changes with every request handled or heard, and with every word of
     /// the application.
     #[must_use]
-    pub fn poll_timeout(&self) -> Option<Instant> {
+    pub(crate) fn poll_timeout(&self) -> Option<Instant> {
         let expires = |watchdog: &Option<Watchdog>| watchdog.as_ref().map(Watchdog::expires);
         Instant::first_of(expires(&self.watchdog), expires(&self.user_watchdog))
     }

@@ -55,7 +55,7 @@ impl State {
     pub const ALL: [Self; 3] = [Self::WaitPrm, Self::WaitCfg, Self::DataExch];
 
     /// The standard's name: `WAIT-PRM`.
-    pub const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::WaitPrm => "WAIT-PRM",
             Self::WaitCfg => "WAIT-CFG",
@@ -65,7 +65,7 @@ impl State {
 
     /// The state after `stimulus`. The numbers are the rows of `dp-v0.md` 7.
     #[must_use]
-    pub const fn on(self, stimulus: Stimulus) -> Self {
+    pub(crate) const fn on(self, stimulus: Stimulus) -> Self {
         match (self, stimulus) {
             // Rows 3, 11, 22: accepted parameters wait for a configuration, also where data were exchanged.
             (Self::WaitPrm | Self::WaitCfg | Self::DataExch, Stimulus::PrmAccepted) => Self::WaitCfg,

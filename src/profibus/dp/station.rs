@@ -68,7 +68,7 @@ impl<A: Application> Station<A> {
     }
 
     /// As [`Station::new`] with another policy from the start, on less stack than [`Station::with_policy`] takes.
-    pub fn under(
+    pub(crate) fn under(
         policy: Policy,
         address: Address,
         baud: BaudRate,
@@ -117,7 +117,7 @@ impl<A: Application> Station<A> {
     }
 
     /// As [`Station::restored`], for a station that was made already and has not answered yet.
-    pub fn recall(&mut self, stored: StoredAddress, rem_slave_data: &[u8]) {
+    pub(crate) fn recall(&mut self, stored: StoredAddress, rem_slave_data: &[u8]) {
         self.fdl.set_address(stored.address);
         self.slave.recall(stored.no_add_chg, rem_slave_data);
     }
@@ -228,7 +228,7 @@ impl<A: Application> Station<A> {
 
     /// When a watchdog expires, apart from replies to be sent.
     #[must_use]
-    pub fn watchdog_timeout(&self) -> Option<Instant> {
+    pub(crate) fn watchdog_timeout(&self) -> Option<Instant> {
         self.slave.poll_timeout()
     }
 

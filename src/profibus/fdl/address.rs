@@ -49,7 +49,7 @@ impl Address {
     }
 
     /// Whether this is [`Address::BROADCAST`].
-    pub const fn is_broadcast(self) -> bool {
+    pub(crate) const fn is_broadcast(self) -> bool {
         self.0 == Self::BROADCAST.0
     }
 }

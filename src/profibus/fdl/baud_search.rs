@@ -20,7 +20,7 @@ use crate::time::{BaudRate, Instant};
 
 /// How long CONTROL waits for a telegram to a station at this end before the search begins again, as the driver of a
 /// common slave ASIC sets it (`dp-v0.md` 8).
-pub const CONTROL_TIME: Duration = Duration::from_millis(2560);
+pub(crate) const CONTROL_TIME: Duration = Duration::from_millis(2560);
 
 /// The search for the rate of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,30 +54,30 @@ pub enum RateChange {
 impl BaudSearch {
     /// A search among `rates` that begins at `now` at the highest one; among every rate if there is none.
     /// `control_time` is usually [`CONTROL_TIME`].
-    pub fn new(now: Instant, control_time: Duration, rates: Rates) -> Self {
+    pub(crate) fn new(now: Instant, control_time: Duration, rates: Rates) -> Self {
         let rates = if rates == Rates::NONE { Rates::CUSTOMARY } else { rates };
         let rate = highest(rates);
         Self { rates, rate, state: State::Search { until: now.saturating_add(window(rate)) }, control_time }
     }
 
     /// Somebody takes part who knows these rates too.
-    pub fn add_rates(&mut self, rates: Rates) {
+    pub(crate) fn add_rates(&mut self, rates: Rates) {
         self.rates = self.rates.union(rates);
     }
 
     /// The rate to listen at.
-    pub const fn rate(&self) -> BaudRate {
+    pub(crate) const fn rate(&self) -> BaudRate {
         self.rate
     }
 
     /// Whether the rate is unknown: stations at this end must not send.
-    pub const fn is_searching(&self) -> bool {
+    pub(crate) const fn is_searching(&self) -> bool {
         matches!(self.state, State::Search { .. })
     }
 
     /// An error-free SD1, SD2 or SD3 telegram ended at `now`; `ours` if it was for a station at this end. Tokens and
     /// SC have no check sequence and count for nothing.
-    pub const fn heard(&mut self, now: Instant, ours: bool) -> Option<RateChange> {
+    pub(crate) const fn heard(&mut self, now: Instant, ours: bool) -> Option<RateChange> {
         let control = State::Control { until: now.saturating_add(self.control_time) };
         match self.state {
             State::Search { .. } => {
@@ -93,7 +93,7 @@ impl BaudSearch {
     }
 
     /// Whether a DP watchdog minds the master of any station at this end. To be told whenever that may have changed.
-    pub const fn supervise(&mut self, now: Instant, watchdog_runs: bool) {
+    pub(crate) const fn supervise(&mut self, now: Instant, watchdog_runs: bool) {
         match (self.state, watchdog_runs) {
             (State::Control { .. }, true) => self.state = State::DpControl,
             (State::DpControl, false) => {
@@ -105,7 +105,7 @@ impl BaudSearch {
     }
 
     /// Time has passed. Harmless at any time.
-    pub fn handle_timeout(&mut self, now: Instant) -> Option<RateChange> {
+    pub(crate) fn handle_timeout(&mut self, now: Instant) -> Option<RateChange> {
         match self.state {
             State::Search { until } if until <= now => Some(self.listen_at(now, self.next_lower())),
             State::Control { until } if until <= now => Some(self.listen_at(now, highest(self.rates))),
@@ -114,7 +114,7 @@ impl BaudSearch {
     }
 
     /// The line cannot be set to the rate to listen at: the next lower one is tried at once.
-    pub fn skip(&mut self, now: Instant) -> RateChange {
+    pub(crate) fn skip(&mut self, now: Instant) -> RateChange {
         self.listen_at(now, self.next_lower())
     }
 
@@ -131,7 +131,7 @@ impl BaudSearch {
 
     /// When to call [`BaudSearch::handle_timeout`]. Changes with every other call.
     #[must_use]
-    pub const fn poll_timeout(&self) -> Option<Instant> {
+    pub(crate) const fn poll_timeout(&self) -> Option<Instant> {
         match self.state {
             State::Search { until } | State::Control { until } => Some(until),
             State::DpControl => None,

@@ -29,7 +29,7 @@ pub struct LineCounters {
 
 impl LineCounters {
     /// Counts a telegram or a refusal.
-    pub const fn hear(&mut self, result: &Result<Telegram<'_>, FrameError>) {
+    pub(crate) const fn hear(&mut self, result: &Result<Telegram<'_>, FrameError>) {
         match result {
             Ok(telegram) => {
                 self.searching = false;
@@ -46,7 +46,7 @@ impl LineCounters {
     }
 
     /// Counts a reply that one of our stations began `after` the end of its request.
-    pub fn reply(&mut self, after: Duration) {
+    pub(crate) fn reply(&mut self, after: Duration) {
         self.sent = self.sent.saturating_add(1);
         self.latency.count(after);
     }
@@ -104,7 +104,7 @@ impl Kinds {
     }
 
     /// Every kind with a name and how often.
-    pub const fn kinds(&self) -> [(&'static str, u64); 7] {
+    pub(crate) const fn kinds(&self) -> [(&'static str, u64); 7] {
         [
             ("SRD", self.srd),
             ("SDN", self.sdn),
@@ -117,7 +117,7 @@ impl Kinds {
     }
 
     /// All of them.
-    pub fn total(&self) -> u64 {
+    pub(crate) fn total(&self) -> u64 {
         sum(&self.kinds())
     }
 }
@@ -227,7 +227,7 @@ pub struct StationCounters {
 
 impl StationCounters {
     /// Counts a telegram to the station.
-    pub const fn request(&mut self, telegram: &Telegram<'_>, retry: bool) {
+    pub(crate) const fn request(&mut self, telegram: &Telegram<'_>, retry: bool) {
         self.requests.count(telegram);
         if retry {
             self.retries = self.retries.saturating_add(1);
@@ -235,7 +235,7 @@ impl StationCounters {
     }
 
     /// Counts a reply that began `after` the end of its request.
-    pub fn reply(&mut self, after: Duration) {
+    pub(crate) fn reply(&mut self, after: Duration) {
         self.replies = self.replies.saturating_add(1);
         self.latency.count(after);
     }
@@ -260,7 +260,7 @@ pub struct Latency {
 /// The upper bounds of the buckets of [`Latency`], each counting the times up to and including its own and above the
 /// one before; one more bucket counts what is longer than the last. From one T_bit at 1.5 Mbit/s, rounded up, to
 /// the longest slot time anybody can set at 187.5 kbit/s, rounded up.
-pub const LATENCY_LIMITS: [Duration; 16] = [
+pub(crate) const LATENCY_LIMITS: [Duration; 16] = [
     Duration::from_micros(1),
     Duration::from_micros(2),
     Duration::from_micros(5),
@@ -289,7 +289,7 @@ impl Latency {
     }
 
     /// All of the times together.
-    pub const fn sum(&self) -> Duration {
+    pub(crate) const fn sum(&self) -> Duration {
         Duration::from_nanos(self.sum)
     }
 

@@ -185,7 +185,7 @@ impl Framer {
     }
 
     /// Forgets an unfinished telegram: the other end of the line has changed.
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.len = 0;
         self.wait_for_idle = false;
         self.refused = Refused::Nothing;

@@ -27,7 +27,7 @@ impl Rates {
 
     /// The same and `rate` with this max T_SDR.
     #[must_use]
-    pub const fn with(mut self, rate: BaudRate, max_tsdr: u16) -> Self {
+    pub(crate) const fn with(mut self, rate: BaudRate, max_tsdr: u16) -> Self {
         *self.of(rate) = Some(max_tsdr);
         self
     }
@@ -56,7 +56,7 @@ impl Rates {
 
     /// The rates that one of them knows, with the longer max T_SDR where both do.
     #[must_use]
-    pub fn union(self, other: Self) -> Self {
+    pub(crate) fn union(self, other: Self) -> Self {
         other.iter().fold(self, |union, rate| match union.max_tsdr(rate).max(other.max_tsdr(rate)) {
             Some(max_tsdr) => union.with(rate, max_tsdr),
             None => union,

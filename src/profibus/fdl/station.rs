@@ -13,10 +13,10 @@ use super::telegram::{DataTelegram, Format, MAX_PDU_LEN, MAX_TELEGRAM_LEN, Teleg
 use crate::time::{BaudRate, Instant, nanos};
 
 /// The least time between a request and its reply before Set_Prm says otherwise, in T_bit.
-pub const DEFAULT_MIN_TSDR: u8 = 11;
+pub(crate) const DEFAULT_MIN_TSDR: u8 = 11;
 
 /// The most octets of user data in one telegram: 246 less two SAPs.
-pub const MAX_USER_DATA: usize = MAX_PDU_LEN - 2;
+pub(crate) const MAX_USER_DATA: usize = MAX_PDU_LEN - 2;
 
 /// One passive station on the bus.
 #[derive(Clone, Debug)]
@@ -92,7 +92,7 @@ pub struct Policy {
 
 impl Policy {
     /// What `dp-v0.md` proposes.
-    pub const PROPOSED: Self = Self {
+    pub(crate) const PROPOSED: Self = Self {
         status_drops_reply: true,
         ident: None,
         lsap_status: NotOffered::NotActivated,
@@ -220,7 +220,12 @@ impl Station {
 
     /// As [`Station::new`] with another policy from the start.
     #[inline]
-    pub const fn under(policy: Policy, address: Address, baud: BaudRate, max_tsdr: Option<u16>) -> Self {
+    pub(crate) const fn under(
+        policy: Policy,
+        address: Address,
+        baud: BaudRate,
+        max_tsdr: Option<u16>,
+    ) -> Self {
         Self {
             policy,
             address,
@@ -240,30 +245,25 @@ impl Station {
 
     /// The same station with another policy.
     #[must_use]
-    pub const fn with_policy(mut self, policy: Policy) -> Self {
+    pub(crate) const fn with_policy(mut self, policy: Policy) -> Self {
         self.policy = policy;
         self
     }
 
     /// The station's address.
-    pub const fn address(&self) -> Address {
+    pub(crate) const fn address(&self) -> Address {
         self.address
     }
 
     /// The station has another address from the request on that it has just answered. Until the next telegram for
     /// it, a retry of that request to the old address still gets the same reply.
-    pub const fn set_address(&mut self, address: Address) {
+    pub(crate) const fn set_address(&mut self, address: Address) {
         self.former = Some(self.address);
         self.address = address;
     }
 
-    /// The rate of the line.
-    pub const fn baud(&self) -> BaudRate {
-        self.baud
-    }
-
     /// The line has another rate from now on, and where replies are dropped at all they are after this max T_SDR.
-    pub const fn set_baud(&mut self, baud: BaudRate, max_tsdr: u16) {
+    pub(crate) const fn set_baud(&mut self, baud: BaudRate, max_tsdr: u16) {
         // The rate as before: what the constructor was given holds.
         if self.baud.bits_per_second() == baud.bits_per_second() {
             return;
@@ -277,7 +277,7 @@ impl Station {
 
     /// Sets the least time between a request and its reply in T_bit. Less than 11 is taken as 11, the shortest
     /// the standard knows.
-    pub const fn set_min_tsdr(&mut self, bits: u8) {
+    pub(crate) const fn set_min_tsdr(&mut self, bits: u8) {
         let bits = if bits < DEFAULT_MIN_TSDR { DEFAULT_MIN_TSDR } else { bits };
         if self.min_tsdr != bits {
             self.min_tsdr = bits;
@@ -291,7 +291,7 @@ impl Station {
     /// late one would be credited to somebody else (`dp-v0.md` 2 rule 6).
     #[must_use = "a `DataWithReply` must be answered with `Station::reply`"]
     #[inline]
-    pub fn receive<'a>(&mut self, now: Instant, telegram: &Telegram<'a>) -> Reception<'a> {
+    pub(crate) fn receive<'a>(&mut self, now: Instant, telegram: &Telegram<'a>) -> Reception<'a> {
         let telegram = match telegram {
             Telegram::Data(telegram) => telegram,
             Telegram::Token { .. } => {
@@ -362,7 +362,7 @@ impl Station {
     /// Addresses and SAPs are mirrored. Data of more octets than [`Reply`] allows, or fewer, are answered with RR: the
     /// layer above has broken its promise, the master shall not hang.
     #[inline]
-    pub fn reply(&mut self, now: Instant, request: &Request<'_>, reply: Reply<'_>) {
+    pub(crate) fn reply(&mut self, now: Instant, request: &Request<'_>, reply: Reply<'_>) {
         let (status, data) = match reply {
             Reply::ShortAcknowledge => {
                 let len = Telegram::ShortAcknowledge.encode(&mut self.reply).map_or(0, <[u8]>::len);
@@ -401,7 +401,7 @@ impl Station {
     /// the master has set beyond it.
     #[must_use = "the octets are not offered again"]
     #[inline]
-    pub fn poll_transmit(&mut self, now: Instant) -> Result<Option<&[u8]>, TooLate> {
+    pub(crate) fn poll_transmit(&mut self, now: Instant) -> Result<Option<&[u8]>, TooLate> {
         let Some((end, waiting)) = self.pending.filter(|(end, _)| self.earliest(*end) <= now) else {
             return Ok(None);
         };
@@ -421,7 +421,7 @@ impl Station {
 
     /// When [`Station::poll_transmit`] has something to send. Changes with every telegram received or sent.
     #[must_use]
-    pub fn poll_timeout(&self) -> Option<Instant> {
+    pub(crate) fn poll_timeout(&self) -> Option<Instant> {
         self.pending.map(|(end, _)| self.earliest(end))
     }
 

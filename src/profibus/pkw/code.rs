@@ -102,7 +102,7 @@ pub enum JobError {
 
 impl JobError {
     /// A value outside a range, of any type of number.
-    pub const fn outside(low: f64, high: f64, got: f64) -> Self {
+    pub(crate) const fn outside(low: f64, high: f64, got: f64) -> Self {
         Self::Outside { low: low.to_bits(), high: high.to_bits(), got: got.to_bits() }
     }
 }
@@ -159,7 +159,7 @@ impl ErrorNumber {
     pub const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
 
     /// The error numbered `number`, if the manual lists it.
-    pub fn from_number(number: u16) -> Option<Self> {
+    pub(crate) fn from_number(number: u16) -> Option<Self> {
         Self::ALL.get(usize::from(number)).copied()
     }
 

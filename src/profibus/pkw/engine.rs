@@ -114,11 +114,6 @@ impl Engine {
         Self { config, state: State::START }
     }
 
-    /// How it behaves.
-    pub const fn config(&self) -> Config {
-        self.config
-    }
-
     /// Data_Exchange was left or entered again: the reply is zero until a job is seen, and a job that was
     /// waiting is forgotten (rule 6).
     pub const fn reset(&mut self) {
@@ -126,7 +121,7 @@ impl Engine {
     }
 
     /// What the held job wrote is safe: its reply is the answer of the next cycle. Says whether a job was held.
-    pub fn stored(&mut self) -> bool {
+    pub(crate) fn stored(&mut self) -> bool {
         let held = self.held();
         if let Some((job, reply)) = held {
             self.state = State::Stored { job, reply };
@@ -137,7 +132,7 @@ impl Engine {
     /// What the held job wrote is lost: the answer of the next cycle is error 18. Returns the refusal if a job was
     /// held; to undo the write is the caller's business.
     #[must_use]
-    pub fn store_failed(&mut self) -> Option<Refusal> {
+    pub(crate) fn store_failed(&mut self) -> Option<Refusal> {
         let (job, _) = self.held()?;
         let (reply, refusal) = refuse(job, JobError::NotStored);
         self.state = State::Stored { job, reply };

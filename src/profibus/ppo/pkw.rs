@@ -230,7 +230,7 @@ impl JobId {
     }
 
     /// AK, 0 to 15.
-    pub const fn ak(self) -> u8 {
+    pub(crate) const fn ak(self) -> u8 {
         match self {
             Self::NoJob => 0,
             Self::Read => 1,
@@ -307,7 +307,7 @@ impl ReplyId {
     }
 
     /// AK, 0 to 15.
-    pub const fn ak(self) -> u8 {
+    pub(crate) const fn ak(self) -> u8 {
         match self {
             Self::NoReply => 0,
             Self::Word => 1,

@@ -93,28 +93,23 @@ pub struct Flags(u8);
 
 impl Flags {
     /// The receive queue was full: frames are lost that the master did not read.
-    pub const RECEIVE_FULL: Self = Self(1 << 0);
+    pub(crate) const RECEIVE_FULL: Self = Self(1 << 0);
     /// The transmit queue was full: a frame of the master was refused.
-    pub const TRANSMIT_FULL: Self = Self(1 << 1);
+    pub(crate) const TRANSMIT_FULL: Self = Self(1 << 1);
     /// An error counter reached 96.
-    pub const WARNING: Self = Self(1 << 2);
+    pub(crate) const WARNING: Self = Self(1 << 2);
     /// Data overrun.
-    pub const OVERRUN: Self = Self(1 << 3);
+    pub(crate) const OVERRUN: Self = Self(1 << 3);
     /// Error passive.
-    pub const PASSIVE: Self = Self(1 << 5);
+    pub(crate) const PASSIVE: Self = Self(1 << 5);
     /// A frame of this adapter had to wait for one of higher priority.
-    pub const ARBITRATION_LOST: Self = Self(1 << 6);
+    pub(crate) const ARBITRATION_LOST: Self = Self(1 << 6);
     /// An error frame.
-    pub const BUS_ERROR: Self = Self(1 << 7);
-
-    /// The octet that `F` tells.
-    pub const fn bits(self) -> u8 {
-        self.0
-    }
+    pub(crate) const BUS_ERROR: Self = Self(1 << 7);
 
     /// These and those.
     #[must_use]
-    pub const fn with(self, others: Self) -> Self {
+    pub(crate) const fn with(self, others: Self) -> Self {
         Self(self.0 | others.0)
     }
 }
@@ -180,7 +175,7 @@ impl Adapter {
     }
 
     /// Notes what the next `F` tells.
-    pub const fn raise(&mut self, flags: Flags) {
+    pub(crate) const fn raise(&mut self, flags: Flags) {
         self.flags = self.flags.with(flags);
     }
 

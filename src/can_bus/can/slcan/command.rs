@@ -88,7 +88,7 @@ impl Command {
     ///
     /// # Errors
     /// [`CommandError`]. Never panics.
-    pub fn parse(line: &[u8]) -> Result<Self, CommandError> {
+    pub(crate) fn parse(line: &[u8]) -> Result<Self, CommandError> {
         if let Some(frame) = parse_frame(line) {
             return Ok(Self::Transmit(frame?));
         }

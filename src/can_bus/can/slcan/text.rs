@@ -133,12 +133,12 @@ pub struct TimeStamp(u16);
 
 impl TimeStamp {
     /// The stamp of `now`.
-    pub const fn of(now: Instant) -> Self {
+    pub(crate) const fn of(now: Instant) -> Self {
         Self(word((now.as_nanos() / 1_000_000 % 60_000) as u32))
     }
 
     /// Milliseconds.
-    pub const fn millis(self) -> u16 {
+    pub(crate) const fn millis(self) -> u16 {
         self.0
     }
 }

@@ -37,19 +37,13 @@ pub struct MappingWord {
 
 impl MappingWord {
     /// The word of an object.
-    pub const fn decode(word: u32) -> Self {
+    pub(crate) const fn decode(word: u32) -> Self {
         let [bits, sub, low, high] = word.to_le_bytes();
         Self { at: Address::new(u16::from_le_bytes([low, high]), sub), bits }
     }
 
-    /// The word for an object.
-    pub const fn encode(self) -> u32 {
-        let [low, high] = self.at.index.0.to_le_bytes();
-        u32::from_le_bytes([self.bits, self.at.sub.0, low, high])
-    }
-
     /// Whether it stands for octets of an RPDO that nobody takes.
-    pub const fn is_dummy(self) -> bool {
+    pub(crate) const fn is_dummy(self) -> bool {
         self.dummy_bits().is_some()
     }
 

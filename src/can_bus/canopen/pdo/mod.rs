@@ -23,10 +23,10 @@ pub use mapping::{Direction, MappingWord};
 use core::fmt;
 
 /// The most PDOs of a node in one direction.
-pub const MAX_PDOS: usize = 8;
+pub(crate) const MAX_PDOS: usize = 8;
 
 /// The most entries in one PDO.
-pub const MAX_MAPPED: usize = 8;
+pub(crate) const MAX_MAPPED: usize = 8;
 
 /// The number of a PDO of one direction, 1 to 8.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -55,7 +55,7 @@ impl PdoNumber {
     }
 
     /// 1 to 8.
-    pub const fn number(self) -> u8 {
+    pub(crate) const fn number(self) -> u8 {
         self.0
     }
 
@@ -73,16 +73,16 @@ impl fmt::Display for PdoNumber {
 
 /// Sub-index 2 of the communication objects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct TransmissionType(pub u8);
+pub(crate) struct TransmissionType(pub u8);
 
 impl TransmissionType {
     /// Whether the type exists; 241 to 251 are reserved.
-    pub const fn exists(self) -> bool {
+    pub(crate) const fn exists(self) -> bool {
         !matches!(self.0, 241..=251)
     }
 
     /// Whether an RPDO of this type waits for SYNC.
-    pub const fn is_synchronous(self) -> bool {
+    pub(crate) const fn is_synchronous(self) -> bool {
         self.0 <= 240
     }
 

@@ -51,7 +51,7 @@ impl Node {
     }
 
     /// Whether this is the identifier of an RPDO that is on, whatever it carries.
-    pub fn takes_rpdo(&self, id: Id) -> bool {
+    pub(crate) fn takes_rpdo(&self, id: Id) -> bool {
         PdoNumber::ALL.iter().any(|pdo| CobId(self.values.rpdo(*pdo).cob_id).active() == Some(id))
     }
 

@@ -27,7 +27,7 @@ use super::abort::Abort;
 use super::address::Address;
 
 /// Octets of every SDO frame.
-pub const FRAME_LEN: usize = 8;
+pub(crate) const FRAME_LEN: usize = 8;
 
 /// What a client wants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -163,7 +163,7 @@ pub enum Response {
 
 impl Response {
     /// What eight octets of a server are; `None` for a command that is no answer here.
-    pub const fn decode(frame: [u8; FRAME_LEN]) -> Option<Self> {
+    pub(crate) const fn decode(frame: [u8; FRAME_LEN]) -> Option<Self> {
         let [command, a, b, c, d, e, f, g] = frame;
         let at = Address::new(u16::from_le_bytes([a, b]), c);
         let data = [d, e, f, g];
@@ -184,7 +184,7 @@ impl Response {
     }
 
     /// As on the bus.
-    pub const fn encode(self) -> [u8; FRAME_LEN] {
+    pub(crate) const fn encode(self) -> [u8; FRAME_LEN] {
         match self {
             Self::Downloaded { at } => addressed(0x60, at, [0; 4]),
             Self::SegmentTaken { toggle } => [0x20 | toggled(toggle), 0, 0, 0, 0, 0, 0, 0],

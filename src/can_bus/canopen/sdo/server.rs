@@ -12,7 +12,7 @@ use crate::can_bus::canopen::refusal::{Broken, Refusal};
 use crate::time::Instant;
 
 /// The most octets of one value.
-pub const MAX_VALUE_LEN: usize = 256;
+pub(crate) const MAX_VALUE_LEN: usize = 256;
 
 /// What is under way.
 #[derive(Clone, Debug)]

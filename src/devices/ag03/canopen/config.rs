@@ -89,7 +89,7 @@ impl Config {
 
 impl DipSwitches {
     /// The node number of SW1 to SW7: 0 is taken as 1.
-    pub fn node_id(self) -> NodeId {
+    pub(crate) fn node_id(self) -> NodeId {
         NodeId::new(self.number()).unwrap_or(NodeId::MIN)
     }
 }

@@ -51,6 +51,6 @@ impl Description for Ag03Node {
     }
 
     fn memory(&self) -> Option<&'static str> {
-        Some(memory(self.eeprom_state()))
+        Some(memory(self.unit().eeprom_state()))
     }
 }

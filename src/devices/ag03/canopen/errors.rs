@@ -4,12 +4,12 @@ use crate::can_bus::canopen::emcy::COMMUNICATION;
 use crate::devices::ag03::drive::Fault;
 
 /// CAN error passive outside positioning: no fault, not kept.
-pub const ERROR_PASSIVE: u16 = 0x8120;
+pub(crate) const ERROR_PASSIVE: u16 = 0x8120;
 /// The bus works again after bus off: not kept, and no end is sent.
-pub const BUS_OFF_RECOVERED: u16 = 0x8140;
+pub(crate) const BUS_OFF_RECOVERED: u16 = 0x8140;
 
 /// The EMCY code of a fault, also in 1003h.
-pub const fn code(fault: Fault) -> u16 {
+pub(crate) const fn code(fault: Fault) -> u16 {
     match fault {
         Fault::A => 0x3120,
         Fault::B => 0x7121,
@@ -25,7 +25,7 @@ pub const fn code(fault: Fault) -> u16 {
 }
 
 /// The bits of the error register of a fault, without bit 0, which goes with any of them.
-pub const fn register(fault: Fault) -> u8 {
+pub(crate) const fn register(fault: Fault) -> u8 {
     match fault {
         Fault::C => 1 << 1,
         Fault::A | Fault::G | Fault::J => 1 << 2,
@@ -37,7 +37,7 @@ pub const fn register(fault: Fault) -> u8 {
 }
 
 /// What an EMCY code of this device means.
-pub fn meaning(code: u16) -> Option<&'static str> {
+pub(crate) fn meaning(code: u16) -> Option<&'static str> {
     Some(match code {
         0x0000 => "no error",
         0x2100 => "motor current too high (fault C)",

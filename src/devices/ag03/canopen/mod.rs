@@ -55,8 +55,8 @@ use crate::can_bus::canopen::{Address, NmtState, Node, NodeId, Refusal};
 use crate::devices::CanopenEvent;
 use crate::devices::ag03::drive::{Inputs, Status, StatusLed, leds};
 use crate::devices::ag03::unit::{
-    BusSettings, Cycles, DipSwitches, EepromState, Generation, ImageError, ImageOctets, NotStored, Outcome,
-    Power, StoreRequest, Switched, Unit,
+    BusSettings, Cycles, DipSwitches, Generation, ImageError, ImageOctets, NotStored, Outcome, Power,
+    StoreRequest, Switched, Unit,
 };
 use crate::time::Instant;
 
@@ -102,14 +102,6 @@ impl Ag03Node {
         Unit::restore(config.unit(), octets).map(|unit| Self::with(config, unit, now))
     }
 
-    /// As [`Ag03Node::restore`], from an image that the host does not keep yet: it is offered again.
-    ///
-    /// # Errors
-    /// As [`Ag03Node::restore`].
-    pub fn restore_unstored(config: Config, octets: &[u8], now: Instant) -> Result<Self, ImageError> {
-        Unit::restore_unstored(config.unit(), octets).map(|unit| Self::with(config, unit, now))
-    }
-
     fn with(config: Config, unit: Unit, now: Instant) -> Self {
         let mut node = Node::new(config.policy).with_memory(Eeprom::Host);
         let settings = *unit.bus_settings();
@@ -140,7 +132,7 @@ impl Ag03Node {
     }
 
     /// The node without the device: NMT state, which service a frame is.
-    pub const fn node(&self) -> &Node {
+    pub(crate) const fn node(&self) -> &Node {
         &self.node
     }
 
@@ -154,18 +146,13 @@ impl Ag03Node {
         self.part.state
     }
 
-    /// The control word 6040h as it was received last.
-    pub const fn control_word(&self) -> words::ControlWord {
-        self.part.word
-    }
-
     /// The status word 6041h.
     pub fn status_word(&self) -> u16 {
         self.part.status_word()
     }
 
     /// The unit behind the bus.
-    pub const fn unit(&self) -> &Unit {
+    pub(crate) const fn unit(&self) -> &Unit {
         &self.part.unit
     }
 
@@ -175,18 +162,13 @@ impl Ag03Node {
     }
 
     /// Whether it is switched on.
-    pub const fn power(&self) -> Power {
+    pub(crate) const fn power(&self) -> Power {
         self.part.unit.power()
     }
 
     /// The world around the drive as last set, switched on or not.
     pub const fn inputs(&self) -> &Inputs {
         self.part.unit.inputs()
-    }
-
-    /// How safe what the drive keeps is.
-    pub fn eeprom_state(&self) -> EepromState {
-        self.part.unit.eeprom_state()
     }
 
     /// What the drive would keep if it were switched off now.
@@ -267,7 +249,12 @@ impl Ag03Node {
     ///
     /// # Errors
     /// What a client would be told; nothing is changed then.
-    pub fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal> {
+    pub(crate) fn write_without_bus(
+        &mut self,
+        now: Instant,
+        at: Address,
+        octets: &[u8],
+    ) -> Result<(), Refusal> {
         self.advance(now);
         let outcome = self.node.write_without_bus(now, at, octets, &mut self.part);
         self.finish(now);

@@ -12,7 +12,7 @@ use crate::devices::ag03::param::{Gear, Model, Parameter, Quirks, Reading};
 use super::access::mode;
 
 /// What the electronic data sheet says besides the objects (`canopen-link.md` 9, `canopen-ag03.md` 1).
-pub const SHEET: Sheet<'static> = Sheet {
+pub(crate) const SHEET: Sheet<'static> = Sheet {
     file_name: "ag03-1.eds",
     file_version: 1,
     file_revision: 0,
@@ -78,7 +78,7 @@ const fn data(coding: Coding) -> DataType {
 }
 
 /// The largest target position in either direction.
-pub const MAX_TARGET: i32 = 9_999_999;
+pub(crate) const MAX_TARGET: i32 = 9_999_999;
 
 /// Transmission types of TPDOs.
 const TPDO_TYPES: &[(i64, i64)] = &[(0, 240), (253, 255)];

@@ -53,7 +53,7 @@ pub enum Request {
 
 impl Request {
     /// What a control word asks for, by bits 7 and 3 to 0.
-    pub const fn of(word: ControlWord) -> Self {
+    pub(crate) const fn of(word: ControlWord) -> Self {
         if word.has(CwBit::FaultReset) {
             return Self::None;
         }
@@ -79,7 +79,7 @@ impl State {
 
     /// The state after a request. Only a listed transition changes it (CN-44).
     #[must_use]
-    pub const fn after(self, request: Request) -> Self {
+    pub(crate) const fn after(self, request: Request) -> Self {
         match (self, request) {
             // 2
             (Self::SwitchOnDisabled, Request::Shutdown) => Self::ReadyToSwitchOn,

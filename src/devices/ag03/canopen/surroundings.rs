@@ -47,6 +47,10 @@ impl Surroundings for Ag03Node {
         surroundings::nominal_level(name)
     }
 
+    fn calculated(&self, name: &str) -> Option<f64> {
+        surroundings::calculated(self.unit().drive(), name)
+    }
+
     fn make_nominal(&mut self, now: Instant) {
         self.set_inputs(now, surroundings::nominal(self.inputs()));
     }

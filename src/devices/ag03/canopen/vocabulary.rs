@@ -66,7 +66,7 @@ fn bits(at: Address, mode: i64) -> Option<[&'static str; 16]> {
         (0x6040, 0) => {
             CwBit::ALL.iter().filter(|bit| bit.acts_in(mode)).for_each(|bit| put(bit.number(), bit.name()))
         }
-        (0x6041, 0) => SwBit::ALL.iter().for_each(|bit| put(bit.number(), bit.name(mode))),
+        (0x6041, 0) => SwBit::ALL.iter().for_each(|bit| put(bit.number(), bit.name_in(mode))),
         (0x1002, 0) => of(Word::Ssw, mode, &mut put),
         (0x2420, 0) => of(Word::GeneralStatus, mode, &mut put),
         (0.., 0..) => return None,

@@ -8,59 +8,38 @@
 //!        moves job   0    ack    limit  target rem  ready  warning SOD    /quick   volt  fault  OE   SO   RTSO
 //! ```
 
-use strum::VariantArray;
-
 use super::state::State;
 use crate::devices::ag03::drive;
 use crate::devices::ag03::drive::{Direction, Mode, Status};
+use crate::face::bits_of_word;
 
-/// A bit of the control word.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, VariantArray)]
-pub enum CwBit {
-    /// Switch on.
-    SwitchOn,
-    /// Enable voltage (printed "disable voltage").
-    EnableVoltage,
-    /// Quick stop, active at 0.
-    NoQuickStop,
-    /// Enable operation.
-    EnableOperation,
-    /// Positioning: a change from 0 to 1 starts a travel job.
-    NewSetpoint,
-    /// A change from 0 to 1 acknowledges a fault.
-    FaultReset,
-    /// Positioning: intermediate stop. Velocity: stop; a change from 1 to 0 starts.
-    Stop,
-    /// Positioning: a change from 0 to 1 starts inching 1.
-    Inching1,
-    /// Positioning: inching 2 in positive direction.
-    Inching2Positive,
-    /// Positioning: inching 2 in negative direction.
-    Inching2Negative,
+bits_of_word! {
+    /// A bit of the control word.
+    CwBit {
+        SwitchOn = 0: "switch on";
+        /// Enable voltage (printed "disable voltage").
+        EnableVoltage = 1: "enable voltage";
+        /// Quick stop, active at 0.
+        NoQuickStop = 2: "no quick stop";
+        EnableOperation = 3: "enable operation";
+        /// Positioning: a change from 0 to 1 starts a travel job.
+        NewSetpoint = 4: "new setpoint";
+        /// A change from 0 to 1 acknowledges a fault.
+        FaultReset = 7: "fault reset";
+        /// Positioning: intermediate stop. Velocity: stop; a change from 1 to 0 starts.
+        Stop = 8: "stop";
+        /// Positioning: a change from 0 to 1 starts inching 1.
+        Inching1 = 13: "inching 1";
+        /// Positioning: inching 2 in positive direction.
+        Inching2Positive = 14: "inching 2 positive";
+        /// Positioning: inching 2 in negative direction.
+        Inching2Negative = 15: "inching 2 negative";
+    }
 }
 
 impl CwBit {
-    /// Every bit, the lowest first.
-    pub const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
-
-    /// The number of the bit, 0 to 15.
-    pub const fn number(self) -> u8 {
-        match self {
-            Self::SwitchOn => 0,
-            Self::EnableVoltage => 1,
-            Self::NoQuickStop => 2,
-            Self::EnableOperation => 3,
-            Self::NewSetpoint => 4,
-            Self::FaultReset => 7,
-            Self::Stop => 8,
-            Self::Inching1 => 13,
-            Self::Inching2Positive => 14,
-            Self::Inching2Negative => 15,
-        }
-    }
-
     /// Whether the bit means something in a mode.
-    pub const fn acts_in(self, mode: Mode) -> bool {
+    pub(crate) const fn acts_in(self, mode: Mode) -> bool {
         match self {
             Self::SwitchOn
             | Self::EnableVoltage
@@ -73,139 +52,71 @@ impl CwBit {
             }
         }
     }
-
-    /// What the manual calls it.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::SwitchOn => "switch on",
-            Self::EnableVoltage => "enable voltage",
-            Self::NoQuickStop => "no quick stop",
-            Self::EnableOperation => "enable operation",
-            Self::NewSetpoint => "new setpoint",
-            Self::FaultReset => "fault reset",
-            Self::Stop => "stop",
-            Self::Inching1 => "inching 1",
-            Self::Inching2Positive => "inching 2 positive",
-            Self::Inching2Negative => "inching 2 negative",
-        }
-    }
 }
 
-/// A bit of the status word.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, VariantArray)]
-pub enum SwBit {
-    /// Ready to switch on.
-    ReadyToSwitchOn,
-    /// Switched on.
-    SwitchedOn,
-    /// Operation enabled.
-    OperationEnabled,
-    /// Fault.
-    Fault,
-    /// The supplies are within their tolerance.
-    VoltageEnabled,
-    /// 0: quick stop is active.
-    NoQuickStop,
-    /// Switch on disabled.
-    SwitchOnDisabled,
-    /// A warning is pending.
-    Warning,
-    /// Ready to travel.
-    Ready,
-    /// The master has control: NMT is OPERATIONAL or STOPPED.
-    Remote,
-    /// Positioning: the shaft stands at the target. Velocity: the speed is in the window.
-    TargetReached,
-    /// Positioning: a limit is exceeded.
-    LimitExceeded,
-    /// Positioning: the setpoint is acknowledged. Velocity: the shaft stands.
-    Acknowledge,
-    /// Positioning: a job is active.
-    JobActive,
-    /// Positioning: the shaft moves.
-    Moves,
+bits_of_word! {
+    /// A bit of the status word.
+    SwBit {
+        ReadyToSwitchOn = 0: "ready to switch on";
+        SwitchedOn = 1: "switched on";
+        OperationEnabled = 2: "operation enabled";
+        Fault = 3: "fault";
+        /// The supplies are within their tolerance.
+        VoltageEnabled = 4: "voltage enabled";
+        /// 0: quick stop is active.
+        NoQuickStop = 5: "no quick stop";
+        SwitchOnDisabled = 6: "switch on disabled";
+        /// A warning is pending.
+        Warning = 7: "warning";
+        Ready = 8: "ready to travel";
+        /// The master has control: NMT is OPERATIONAL or STOPPED.
+        Remote = 9: "remote";
+        /// Positioning: the shaft stands at the target. Velocity: the speed is in the window.
+        TargetReached = 10: "target reached";
+        /// Positioning: a limit is exceeded.
+        LimitExceeded = 11: "limit exceeded";
+        /// Positioning: the setpoint is acknowledged. Velocity: the shaft stands.
+        Acknowledge = 12: "setpoint acknowledged";
+        /// Positioning: a job is active.
+        JobActive = 14: "job active";
+        /// Positioning: the shaft moves.
+        Moves = 15: "shaft moves";
+    }
 }
 
 impl SwBit {
-    /// Every bit, the lowest first.
-    pub const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
-
-    /// The number of the bit, 0 to 15.
-    pub const fn number(self) -> u8 {
-        match self {
-            Self::ReadyToSwitchOn => 0,
-            Self::SwitchedOn => 1,
-            Self::OperationEnabled => 2,
-            Self::Fault => 3,
-            Self::VoltageEnabled => 4,
-            Self::NoQuickStop => 5,
-            Self::SwitchOnDisabled => 6,
-            Self::Warning => 7,
-            Self::Ready => 8,
-            Self::Remote => 9,
-            Self::TargetReached => 10,
-            Self::LimitExceeded => 11,
-            Self::Acknowledge => 12,
-            Self::JobActive => 14,
-            Self::Moves => 15,
-        }
-    }
-
     /// What the bit says in a mode.
-    pub const fn name(self, mode: Mode) -> &'static str {
-        match (self, mode) {
-            (Self::ReadyToSwitchOn, _) => "ready to switch on",
-            (Self::SwitchedOn, _) => "switched on",
-            (Self::OperationEnabled, _) => "operation enabled",
-            (Self::Fault, _) => "fault",
-            (Self::VoltageEnabled, _) => "voltage enabled",
-            (Self::NoQuickStop, _) => "no quick stop",
-            (Self::SwitchOnDisabled, _) => "switch on disabled",
-            (Self::Warning, _) => "warning",
-            (Self::Ready, _) => "ready to travel",
-            (Self::Remote, _) => "remote",
-            (Self::TargetReached, Mode::Positioning) => "target reached",
-            (Self::TargetReached, Mode::Velocity) => "speed in window",
-            (Self::LimitExceeded, _) => "limit exceeded",
-            (Self::Acknowledge, Mode::Positioning) => "setpoint acknowledged",
-            (Self::Acknowledge, Mode::Velocity) => "standstill",
-            (Self::JobActive, _) => "job active",
-            (Self::Moves, _) => "shaft moves",
+    pub const fn name_in(self, mode: Mode) -> &'static str {
+        match (mode, self) {
+            (Mode::Velocity, Self::TargetReached) => "speed in window",
+            (Mode::Velocity, Self::Acknowledge) => "standstill",
+            (Mode::Positioning | Mode::Velocity, _) => self.name(),
         }
-    }
-
-    /// The mask of the bit.
-    pub const fn mask(self) -> u16 {
-        1 << self.number()
-    }
-
-    const fn when(self, set: bool) -> u16 {
-        if set { self.mask() } else { 0 }
     }
 }
 
 /// The control word 6040h.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct ControlWord(pub u16);
+pub(crate) struct ControlWord(pub u16);
 
 impl ControlWord {
     /// Whether a bit is 1.
-    pub const fn has(self, bit: CwBit) -> bool {
+    pub(crate) const fn has(self, bit: CwBit) -> bool {
         self.0 >> bit.number() & 1 == 1
     }
 
     /// Whether a bit changed from 0 to 1.
-    pub const fn rises(self, before: Self, bit: CwBit) -> bool {
+    pub(crate) const fn rises(self, before: Self, bit: CwBit) -> bool {
         self.has(bit) && !before.has(bit)
     }
 
     /// Whether a bit changed from 1 to 0.
-    pub const fn falls(self, before: Self, bit: CwBit) -> bool {
+    pub(crate) const fn falls(self, before: Self, bit: CwBit) -> bool {
         before.rises(self, bit)
     }
 
     /// The direction of inching 2: exactly one of bits 14 and 15.
-    pub const fn inching_2(self) -> Option<(CwBit, Direction)> {
+    pub(crate) const fn inching_2(self) -> Option<(CwBit, Direction)> {
         match (self.has(CwBit::Inching2Positive), self.has(CwBit::Inching2Negative)) {
             (true, false) => Some((CwBit::Inching2Positive, Direction::Positive)),
             (false, true) => Some((CwBit::Inching2Negative, Direction::Negative)),
@@ -215,7 +126,7 @@ impl ControlWord {
 }
 
 /// The status word 6041h. `remote`: NMT is OPERATIONAL or STOPPED. `acknowledge`: bit 12 in positioning mode.
-pub fn status_word(state: State, status: &Status, remote: bool, acknowledge: bool) -> u16 {
+pub(crate) fn status_word(state: State, status: &Status, remote: bool, acknowledge: bool) -> u16 {
     let positioning = status.mode == Mode::Positioning;
     let enabled = state == State::OperationEnabled;
     state.bits()
@@ -231,7 +142,7 @@ pub fn status_word(state: State, status: &Status, remote: bool, acknowledge: boo
 }
 
 /// Whether a job is active; a paused one counts, too.
-pub fn is_active(status: &Status) -> bool {
+pub(crate) fn is_active(status: &Status) -> bool {
     status.positioning_active || is_paused(status)
 }
 

@@ -144,7 +144,7 @@ pub enum Warning {
 
 impl Warning {
     /// Every warning.
-    pub const ALL: [Self; 3] = [Self::BatteryLow, Self::CurrentOutOfRange, Self::LagError];
+    pub(crate) const ALL: [Self; 3] = [Self::BatteryLow, Self::CurrentOutOfRange, Self::LagError];
 }
 
 impl Drive {

@@ -56,12 +56,12 @@ impl Fault {
     }
 
     /// The fault of a code in the fault buffer.
-    pub fn of_code(code: u8) -> Option<Self> {
+    pub(crate) fn of_code(code: u8) -> Option<Self> {
         FaultSet::all().iter().find(|fault| fault.code() == code)
     }
 
     /// How often the status LED blinks for it.
-    pub const fn blinks(self) -> u8 {
+    pub(crate) const fn blinks(self) -> u8 {
         self.code() - b'A' + 1
     }
 
@@ -84,7 +84,7 @@ impl Fault {
 
 impl Fault {
     /// What to do about its cause.
-    pub const fn cure(self) -> &'static str {
+    pub(crate) const fn cure(self) -> &'static str {
         match self {
             Self::A => "check the supply voltage under load, it must be 18 V at least",
             Self::B => "free the shaft or reduce the load",
@@ -130,10 +130,10 @@ pub struct FaultBuffer {
 
 impl FaultBuffer {
     /// How many faults it keeps.
-    pub const LEN: usize = 10;
+    pub(crate) const LEN: usize = 10;
 
     /// The codes, the oldest of those kept first, 0 = unused (the other reading of C-18).
-    pub fn codes_oldest_first(&self) -> [u8; Self::LEN] {
+    pub(crate) fn codes_oldest_first(&self) -> [u8; Self::LEN] {
         let mut codes = self.codes;
         let used = codes.iter().position(|&code| code == 0).unwrap_or(Self::LEN);
         if let Some(used) = codes.get_mut(..used) {
@@ -148,12 +148,12 @@ impl FaultBuffer {
     }
 
     /// The codes, newest first (C-18), 0 = unused.
-    pub const fn codes(&self) -> [u8; Self::LEN] {
+    pub(crate) const fn codes(&self) -> [u8; Self::LEN] {
         self.codes
     }
 
     /// How many faults there were since the last clearing, at most 65535.
-    pub const fn count(&self) -> u16 {
+    pub(crate) const fn count(&self) -> u16 {
         self.count
     }
 

@@ -17,7 +17,7 @@ pub struct Memory {
 impl Inputs {
     /// The inputs with the control supplied with 24 V, or not at all.
     #[must_use]
-    pub const fn with_control_supply(mut self, present: bool) -> Self {
+    pub(crate) const fn with_control_supply(mut self, present: bool) -> Self {
         self.control_supply = if present { 24.0 } else { 0.0 };
         self
     }
@@ -25,17 +25,17 @@ impl Inputs {
 
 impl Drive {
     /// Whether the control is supplied by the inputs as they are set.
-    pub fn is_supplied(&self) -> bool {
+    pub(crate) fn is_supplied(&self) -> bool {
         self.supplies.control
     }
 
     /// What it would keep if it were switched off now.
-    pub fn memory(&self) -> Memory {
+    pub(crate) fn memory(&self) -> Memory {
         Memory { faults: self.faults.clone(), zero: self.zero, shaft: self.shaft() }
     }
 
     /// Puts a drive that was just made where it was left: its shaft at rest, its faults in the buffer.
-    pub fn recall(&mut self, memory: Memory) {
+    pub(crate) fn recall(&mut self, memory: Memory) {
         let Memory { faults, zero, shaft } = memory;
         self.motion = Motion::at(shaft);
         self.set_zero(zero);
@@ -44,20 +44,20 @@ impl Drive {
 
     /// Sets the shaft angle at the user position 0, in increments. The shaft does not turn for it; the position may be
     /// another.
-    pub fn set_zero(&mut self, zero: f64) {
+    pub(crate) fn set_zero(&mut self, zero: f64) {
         self.zero = zero;
         self.settled = false;
     }
 
     /// Undoes [`Drive::clear_faults`], unless a fault was entered since: that is not thrown away.
-    pub fn restore_faults(&mut self, before: FaultBuffer) {
+    pub(crate) fn restore_faults(&mut self, before: FaultBuffer) {
         if self.faults == FaultBuffer::default() {
             self.faults = before;
         }
     }
 
     /// The angle of the output shaft in increments, which the battery-buffered encoder always knows.
-    pub fn shaft(&self) -> f64 {
+    pub(crate) fn shaft(&self) -> f64 {
         self.shaft_position()
     }
 }

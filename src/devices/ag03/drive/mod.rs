@@ -162,7 +162,7 @@ impl Drive {
     }
 
     /// As [`Drive::new`], with other quirks or another plant.
-    pub fn with(model: Model, gear: Gear, settings: &Settings, config: Config) -> Self {
+    pub(crate) fn with(model: Model, gear: Gear, settings: &Settings, config: Config) -> Self {
         let inputs = Inputs::default();
         let plant = Plant::new(model, gear, config.constants, &inputs);
         Self {
@@ -265,7 +265,7 @@ impl Drive {
 
     /// The target of the travel job or of inching 1 that is carried out or paused, in user units, whatever setpoint the
     /// bus gives meanwhile; `None` without one.
-    pub const fn target(&self) -> Option<i32> {
+    pub(crate) const fn target(&self) -> Option<i32> {
         match self.state {
             State::TravelActive
             | State::Pausing { .. }
@@ -287,12 +287,12 @@ impl Drive {
     }
 
     /// Whether another step with the same command, inputs and settings would change nothing.
-    pub fn is_at_rest(&self) -> bool {
+    pub(crate) fn is_at_rest(&self) -> bool {
         self.settled
     }
 
     /// The world around the drive as last set.
-    pub fn inputs(&self) -> Inputs {
+    pub(crate) fn inputs(&self) -> Inputs {
         self.inputs
     }
 
@@ -322,17 +322,17 @@ impl Drive {
     }
 
     /// Fault buffer and fault counter.
-    pub fn faults(&self) -> &FaultBuffer {
+    pub(crate) fn faults(&self) -> &FaultBuffer {
         &self.faults
     }
 
     /// The causes of faults that are present now.
-    pub fn causes(&self) -> FaultSet {
+    pub(crate) fn causes(&self) -> FaultSet {
         self.plant.causes(&self.inputs, &self.supplies) | self.bus_causes
     }
 
     /// Which causes of faults a bus sees now, of [`Fault::OF_BUS`]; the next step reacts.
-    pub fn set_bus_causes(&mut self, causes: FaultSet) {
+    pub(crate) fn set_bus_causes(&mut self, causes: FaultSet) {
         if self.bus_causes != causes {
             self.bus_causes = causes;
             self.inputs_changed = true;
@@ -341,12 +341,12 @@ impl Drive {
     }
 
     /// Clears fault buffer and fault counter (PNU 970 = 4). A latched fault stays latched.
-    pub fn clear_faults(&mut self) {
+    pub(crate) fn clear_faults(&mut self) {
         self.faults = FaultBuffer::default();
     }
 
     /// The last request that was refused, once. A newer refusal replaces one that was not taken.
-    pub fn take_refusal(&mut self) -> Option<Refusal> {
+    pub(crate) fn take_refusal(&mut self) -> Option<Refusal> {
         self.refusal.take()
     }
 

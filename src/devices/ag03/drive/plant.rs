@@ -98,7 +98,7 @@ pub struct Constants {
 
 impl Constants {
     /// The defaults named with each field.
-    pub const DEFAULT: Self = Self {
+    pub(crate) const DEFAULT: Self = Self {
         torque_per_ampere: 2.0 / 48.0,
         back_emf: 24.0 / 14_400.0,
         resistance: 8.0,

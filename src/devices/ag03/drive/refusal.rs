@@ -158,22 +158,22 @@ impl Refusal {
     }
 
     /// Whether `reason` is one of the reasons.
-    pub fn contains(&self, reason: Reason) -> bool {
+    pub(crate) fn contains(&self, reason: Reason) -> bool {
         self.reasons.contains(reason)
     }
 
     /// Every reason, in the order in which it is printed.
-    pub fn reasons(&self) -> impl Iterator<Item = Reason> + use<> {
+    pub(crate) fn reasons(&self) -> impl Iterator<Item = Reason> + use<> {
         self.reasons.iter()
     }
 
     /// What was asked in words, with its unit.
-    pub const fn asked(&self) -> impl fmt::Display + use<> {
+    pub(crate) const fn asked(&self) -> impl fmt::Display + use<> {
         Asked { request: self.request, lengths: self.lengths }
     }
 
     /// One of the reasons in words, with its numbers.
-    pub const fn text(&self, reason: Reason) -> impl fmt::Display + use<> {
+    pub(crate) const fn text(&self, reason: Reason) -> impl fmt::Display + use<> {
         ReasonText { refusal: *self, reason }
     }
 

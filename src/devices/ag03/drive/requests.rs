@@ -34,7 +34,7 @@ impl Drive {
     /// What stands now against a start with everything else as the last command has it; `None`: nothing.
     ///
     /// A job that is active stands against a travel job, too.
-    pub fn start_refusal(&self, settings: &Settings) -> Option<Refusal> {
+    pub(crate) fn start_refusal(&self, settings: &Settings) -> Option<Refusal> {
         let mut refusal = match self.frame.mode {
             Mode::Positioning => self.travel_refusal(&self.previous, settings),
             Mode::Velocity => self.velocity_refusal(&self.previous),

@@ -116,7 +116,7 @@ pub enum Mode {
 
 impl Mode {
     /// The mode of this value of PNU 930.
-    pub const fn of_number(number: u16) -> Option<Self> {
+    pub(crate) const fn of_number(number: u16) -> Option<Self> {
         match number {
             VELOCITY_MODE => Some(Self::Velocity),
             POSITIONING_MODE => Some(Self::Positioning),
@@ -125,7 +125,7 @@ impl Mode {
     }
 
     /// The value of PNU 930.
-    pub const fn number(self) -> u16 {
+    pub(crate) const fn number(self) -> u16 {
         match self {
             Self::Velocity => VELOCITY_MODE,
             Self::Positioning => POSITIONING_MODE,
@@ -171,7 +171,7 @@ pub struct Limits {
 
 impl Limits {
     /// The range between limit 1 and limit 2 in any order; two equal limits switch the monitoring off.
-    pub const fn new(limit_1: i32, limit_2: i32) -> Self {
+    pub(crate) const fn new(limit_1: i32, limit_2: i32) -> Self {
         if limit_1 < limit_2 {
             Self { lower: limit_1, upper: limit_2 }
         } else {
@@ -180,27 +180,27 @@ impl Limits {
     }
 
     /// The lower of the two limits.
-    pub const fn lower(self) -> i32 {
+    pub(crate) const fn lower(self) -> i32 {
         self.lower
     }
 
     /// The higher of the two limits.
-    pub const fn upper(self) -> i32 {
+    pub(crate) const fn upper(self) -> i32 {
         self.upper
     }
 
     /// Whether the limits are monitored: they are not equal.
-    pub const fn are_monitored(self) -> bool {
+    pub(crate) const fn are_monitored(self) -> bool {
         self.lower != self.upper
     }
 
     /// Whether `position` is above the range.
-    pub const fn is_above(self, position: i32) -> bool {
+    pub(crate) const fn is_above(self, position: i32) -> bool {
         self.are_monitored() && position > self.upper
     }
 
     /// Whether `position` is below the range.
-    pub const fn is_below(self, position: i32) -> bool {
+    pub(crate) const fn is_below(self, position: i32) -> bool {
         self.are_monitored() && position < self.lower
     }
 }

@@ -218,7 +218,7 @@ pub(super) struct Reached {
 
 impl State {
     /// Whether operation is enabled (ZSW.2).
-    pub const fn operation_enabled(self) -> bool {
+    pub(crate) const fn operation_enabled(self) -> bool {
         match self {
             Self::OperationEnabled(_)
             | Self::TravelActive
@@ -239,7 +239,7 @@ impl State {
     }
 
     /// What the output stage does with the motor in this state.
-    pub const fn motor(self) -> Motor {
+    pub(crate) const fn motor(self) -> Motor {
         match self {
             Self::ReadyToRun(motor) | Self::OperationEnabled(motor) => motor,
             Self::Disabling
@@ -257,13 +257,13 @@ impl State {
 
     /// A travel job is active, paused or being stopped, or inching is: no other can start, nothing that changes
     /// what a position means may be written.
-    pub const fn job_active(self) -> bool {
+    pub(crate) const fn job_active(self) -> bool {
         matches!(self, Self::Paused { .. }) || self.positioning_active()
     }
 
     /// A positioning is being executed, braked or inched, so that no other can start (SSW.14). A paused one shows as
     /// not active, as in the flow chart (C-05).
-    pub const fn positioning_active(self) -> bool {
+    pub(crate) const fn positioning_active(self) -> bool {
         match self {
             Self::TravelActive
             | Self::Pausing { .. }

@@ -29,7 +29,7 @@ pub struct Entry {
 
 impl Entry {
     /// Whether it can be read and written.
-    pub const fn access(&self) -> Access {
+    pub(crate) const fn access(&self) -> Access {
         match self.kind {
             Kind::Setting(_) => Access::ReadWrite,
             Kind::Reading(_) => Access::ReadOnly,
@@ -38,7 +38,7 @@ impl Entry {
     }
 
     /// The values a write to such a drive may have; `None` if the parameter is read-only.
-    pub const fn range(&self, model: Model, gear: Gear, quirks: Quirks) -> Option<Range> {
+    pub(crate) const fn range(&self, model: Model, gear: Gear, quirks: Quirks) -> Option<Range> {
         match self.kind {
             Kind::Setting(setting) => Some(setting.limits.range(model, gear, quirks)),
             Kind::Reading(_) => None,
@@ -47,7 +47,7 @@ impl Entry {
     }
 
     /// The value as a number: in two's complement if the parameter is signed.
-    pub const fn number(&self, value: Value) -> i64 {
+    pub(crate) const fn number(&self, value: Value) -> i64 {
         match (value, self.signed) {
             (Value::Word(word), false) => word as i64,
             (Value::Word(word), true) => word.cast_signed() as i64,
@@ -218,7 +218,7 @@ impl DefaultSet {
     }
 
     /// Whether the set holds the parameters of a group.
-    pub const fn contains(self, group: Group) -> bool {
+    pub(crate) const fn contains(self, group: Group) -> bool {
         match (self, group) {
             (Self::All, _) | (Self::Standard, Group::Standard) | (Self::Controller, Group::Controller) => {
                 true
@@ -276,7 +276,7 @@ pub enum Limits {
 
 impl Limits {
     /// The range that holds for one drive.
-    pub const fn range(self, model: Model, gear: Gear, quirks: Quirks) -> Range {
+    pub(crate) const fn range(self, model: Model, gear: Gear, quirks: Quirks) -> Range {
         match self {
             Self::Fixed(range) => range,
             Self::Acceleration => match model {
@@ -333,7 +333,7 @@ pub enum Unit {
 
 impl Unit {
     /// Its name; empty for what counts nothing.
-    pub const fn name(&self) -> &'static str {
+    pub(crate) const fn name(&self) -> &'static str {
         match self {
             Self::None | Self::Bits | Self::Ascii | Self::Version | Self::Date | Self::Choice(_) => "",
             Self::Percent => "%",

@@ -18,7 +18,7 @@ pub enum Lengths {
 
 impl Lengths {
     /// What a drive with this spindle pitch (PNU 1012) counts positions in.
-    pub const fn of_spindle_pitch(pitch: u32) -> Self {
+    pub(crate) const fn of_spindle_pitch(pitch: u32) -> Self {
         match pitch {
             0 => Self::Increments,
             _set => Self::HundredthMillimetres,
@@ -26,7 +26,7 @@ impl Lengths {
     }
 
     /// A position as the drive counts it, with its unit: `-5 inc`, `-0.05 mm`.
-    pub const fn position(self, number: i64) -> Position {
+    pub(crate) const fn position(self, number: i64) -> Position {
         Position { number, lengths: self }
     }
 }
@@ -39,13 +39,8 @@ pub struct Position {
 }
 
 impl Position {
-    /// As the drive counts it.
-    pub const fn number(self) -> i64 {
-        self.number
-    }
-
     /// What it counts.
-    pub const fn lengths(self) -> Lengths {
+    pub(crate) const fn lengths(self) -> Lengths {
         self.lengths
     }
 }
@@ -62,7 +57,7 @@ impl fmt::Display for Position {
 
 impl Entry {
     /// A value with its unit, or what it stands for: `2500.00 mm`, `30 rpm`, `2 (positioning)`.
-    pub const fn in_words(&self, number: i64, lengths: Lengths) -> InWords<'_> {
+    pub(crate) const fn in_words(&self, number: i64, lengths: Lengths) -> InWords<'_> {
         InWords { entry: self, number, lengths }
     }
 

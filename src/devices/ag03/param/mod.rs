@@ -59,7 +59,7 @@ pub struct Pnu(u16);
 
 impl Pnu {
     /// The largest number.
-    pub const MAX: Self = Self(2047);
+    pub(crate) const MAX: Self = Self(2047);
 
     /// The parameter numbered `number`.
     ///
@@ -158,14 +158,6 @@ impl Value {
             Self::Double(double) => double,
         }
     }
-
-    /// The number in two's complement of its width: what [`Value::of`] made it of.
-    pub const fn signed(self) -> i32 {
-        match self {
-            Self::Word(word) => word.cast_signed() as i32,
-            Self::Double(double) => double.cast_signed(),
-        }
-    }
 }
 
 impl core::fmt::Display for Value {
@@ -202,7 +194,7 @@ pub enum Effect {
 }
 
 /// Elements of the fault buffer, PNU 945.
-pub const FAULT_BUFFER_LEN: u8 = 10;
+pub(crate) const FAULT_BUFFER_LEN: u8 = 10;
 
 /// A write that means something to the drive, by whatever number and width it came.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -219,7 +211,7 @@ pub enum Write {
 
 impl Write {
     /// Whether the EEPROM keeps what it changes. The commands all change something it keeps.
-    pub fn is_kept(self) -> bool {
+    pub(crate) fn is_kept(self) -> bool {
         match self {
             Self::Set(parameter, _) => parameter.entry().persistent,
             Self::Load(_) | Self::ClearFaults | Self::Calibrate => true,
@@ -293,7 +285,7 @@ pub enum NotNow {
 
 impl NotNow {
     /// In words.
-    pub const fn words(self) -> &'static str {
+    pub(crate) const fn words(self) -> &'static str {
         match self {
             Self::Moving => "the shaft is moving",
             Self::JobActive => "a travel job is active",

@@ -74,7 +74,7 @@ impl Gear {
     pub const FASTEST: Self = Self::Ratio24;
 
     /// The gear of a drive with this hardware version (PNU 961).
-    pub const fn of_hardware_version(version: u16) -> Option<Self> {
+    pub(crate) const fn of_hardware_version(version: u16) -> Option<Self> {
         match version {
             2 => Some(Self::Ratio24),
             3 => Some(Self::Ratio48),
@@ -83,7 +83,7 @@ impl Gear {
     }
 
     /// Turns of the motor per turn of the output shaft.
-    pub const fn ratio(self) -> u16 {
+    pub(crate) const fn ratio(self) -> u16 {
         match self {
             Self::Ratio24 => 24,
             Self::Ratio48 => 48,
@@ -91,7 +91,7 @@ impl Gear {
     }
 
     /// Largest speed of the output shaft in rpm, in either direction.
-    pub const fn max_rpm(self) -> u16 {
+    pub(crate) const fn max_rpm(self) -> u16 {
         match self {
             Self::Ratio24 => 200,
             Self::Ratio48 => 100,
@@ -99,7 +99,7 @@ impl Gear {
     }
 
     /// The hardware version a drive with this gear reports (PNU 961).
-    pub const fn hardware_version(self) -> u16 {
+    pub(crate) const fn hardware_version(self) -> u16 {
         match self {
             Self::Ratio24 => 2,
             Self::Ratio48 => 3,

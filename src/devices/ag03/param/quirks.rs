@@ -17,7 +17,7 @@ pub struct Quirks {
 
 impl Quirks {
     /// None of them.
-    pub const NONE: Self = Self {
+    pub(crate) const NONE: Self = Self {
         i_gain_from_1: false,
         acceleration_from_1: false,
         calibrate_by_value: false,

@@ -35,17 +35,17 @@ impl Store {
     }
 
     /// The drive's model.
-    pub const fn model(&self) -> Model {
+    pub(crate) const fn model(&self) -> Model {
         self.model
     }
 
     /// The drive's gear.
-    pub const fn gear(&self) -> Gear {
+    pub(crate) const fn gear(&self) -> Gear {
         self.gear
     }
 
     /// What the factory fixed.
-    pub const fn identity(&self) -> Identity {
+    pub(crate) const fn identity(&self) -> Identity {
         self.identity
     }
 
@@ -55,7 +55,7 @@ impl Store {
     }
 
     /// Which ranges hold where the manuals contradict themselves.
-    pub const fn set_quirks(&mut self, quirks: Quirks) {
+    pub(crate) const fn set_quirks(&mut self, quirks: Quirks) {
         self.quirks = quirks;
     }
 
@@ -77,7 +77,7 @@ impl Store {
     }
 
     /// Loads defaults; the bus address and the [`Identity`] are no part of them.
-    pub fn load_defaults(&mut self, set: DefaultSet) {
+    pub(crate) fn load_defaults(&mut self, set: DefaultSet) {
         for parameter in Parameter::all() {
             let setting = parameter.setting();
             if set.contains(setting.group) {
@@ -87,7 +87,7 @@ impl Store {
     }
 
     /// What switching the drive off and on does: values the EEPROM does not keep return to their defaults.
-    pub fn power_on(&mut self) {
+    pub(crate) fn power_on(&mut self) {
         for parameter in Parameter::all() {
             if !parameter.entry().persistent {
                 self.put(parameter, parameter.setting().default);
@@ -101,14 +101,6 @@ impl Store {
     /// [`ParamError::UnknownParameter`].
     pub fn entry(&self, pnu: Pnu) -> Result<&'static Entry, ParamError> {
         table::entry(self.model, pnu).ok_or(ParamError::UnknownParameter { got: pnu })
-    }
-
-    /// How many elements an array has.
-    ///
-    /// # Errors
-    /// [`ParamError::UnknownParameter`], [`ParamError::NotAnArray`].
-    pub fn element_count(&self, pnu: Pnu) -> Result<u8, ParamError> {
-        self.entry(pnu)?.elements.ok_or(ParamError::NotAnArray)
     }
 
     /// Reads a parameter, or one element of an array.
@@ -215,7 +207,7 @@ impl Store {
     }
 
     /// The values that a write to a parameter of the table may have; `None` if it is read-only.
-    pub fn range_of(&self, entry: &Entry) -> Option<Range> {
+    pub(crate) fn range_of(&self, entry: &Entry) -> Option<Range> {
         entry.range(self.model, self.gear, self.quirks)
     }
 
@@ -270,7 +262,7 @@ pub struct Identity {
 impl Identity {
     /// Serial number and date are the examples of the manual (PNU 1033, 1034). The software is 1.01 for an
     /// AG03/1, the manual's example, and 3.00 for an AG03, the first its manual holds for.
-    pub const fn of(model: Model) -> Self {
+    pub(crate) const fn of(model: Model) -> Self {
         let software_version = match model {
             Model::Ag03 => 0x0300,
             Model::Ag03_1 => 0x0101,

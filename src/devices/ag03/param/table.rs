@@ -93,7 +93,7 @@ pub enum Parameter {
 
 impl Parameter {
     /// How many there are.
-    pub const COUNT: usize = 25;
+    pub(crate) const COUNT: usize = 25;
 
     /// Everything known about it.
     #[expect(
@@ -118,7 +118,7 @@ impl Parameter {
 
 impl Reading {
     /// How many there are.
-    pub const COUNT: usize = Self::BatteryVoltage as usize + 1;
+    pub(crate) const COUNT: usize = Self::BatteryVoltage as usize + 1;
 
     /// Everything known about it.
     #[expect(

@@ -5,7 +5,7 @@ use crate::profibus::fdl::Address;
 
 impl DipSwitches {
     /// The station address of SW1 to SW7: 127 acts as 126 (manual chapter 7.8).
-    pub const fn address(self) -> Address {
+    pub(crate) const fn address(self) -> Address {
         match self.number() {
             127 => Address::from_octet(126),
             number => Address::from_octet(number),

@@ -21,6 +21,7 @@
 
 use crate::devices::ag03::drive::Mode;
 use crate::devices::ag03::param::Model;
+use crate::face::bits_of_word;
 
 /// One of the words of bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -40,7 +41,7 @@ impl Word {
     pub const ALL: [Self; 4] = [Self::Stw, Self::Zsw, Self::Ssw, Self::GeneralStatus];
 
     /// `STW`, `ZSW`, `SSW`, `GSR`.
-    pub const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Stw => "STW",
             Self::Zsw => "ZSW",
@@ -50,12 +51,12 @@ impl Word {
     }
 
     /// The bits that are 1 in every state and in both operating modes.
-    pub fn always_1(self) -> u16 {
+    pub(crate) fn always_1(self) -> u16 {
         self.mask_of(|bit| bit.role == Role::Fixed(true))
     }
 
     /// The bits that mean nothing in an operating mode: not used, or always 0.
-    pub fn without_meaning(self, mode: Mode) -> u16 {
+    pub(crate) fn without_meaning(self, mode: Mode) -> u16 {
         let rows = (0..16_u8).zip(bits(self, mode, None));
         rows.filter(|(_, bit)| matches!(bit.role, Role::Unused | Role::Fixed(false)))
             .fold(0, |mask, (n, _)| mask | 1 << n)
@@ -103,7 +104,7 @@ pub struct Bit {
 
 impl Bit {
     /// What the bit means with this value.
-    pub const fn meaning(&self, set: bool) -> &'static str {
+    pub(crate) const fn meaning(&self, set: bool) -> &'static str {
         if set { self.one } else { self.zero }
     }
 }
@@ -123,7 +124,7 @@ pub enum Role {
 }
 
 /// The name of a bit that is not used.
-pub const NOT_USED: &str = "not used";
+pub(crate) const NOT_USED: &str = "not used";
 
 /// A bit in both operating modes.
 #[derive(Clone, Copy)]
@@ -196,46 +197,16 @@ const UNUSED: Bit =
 const NONE: Row = Row { positioning: UNUSED, velocity: UNUSED, models: None };
 
 /// A word as its used bits: `Bit = number: kind(key, name, ...)`.
-macro_rules! bits_of_word {
+macro_rules! words {
     (
         $(#[$doc:meta])*
         $bits:ident, $rows:ident {
             $($bit:ident = $n:literal: $kind:ident($key:literal, $name:literal $($args:tt)*) $(.$more:ident($($of:tt)*))*;)*
         }
     ) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-        #[repr(u8)]
-        pub enum $bits {
-            $(
-                #[doc = concat!("Bit ", $n, ": ", $name, ".")]
-                $bit = $n,
-            )*
-        }
-
-        impl $bits {
-            /// Every used bit, the lowest first.
-            pub const ALL: &[Self] = &[$(Self::$bit),*];
-
-            /// Its number in the word, 0 to 15.
-            pub const fn number(self) -> u8 {
-                self as u8
-            }
-
-            /// The word in which it alone is 1.
-            pub const fn mask(self) -> u16 {
-                1 << self.number()
-            }
-
-            /// Whether it is 1 in a word.
-            pub fn is_set(self, word: impl Into<u16>) -> bool {
-                word.into() & self.mask() != 0
-            }
-
-            /// The word in which it alone is 1 if `set`, and nothing otherwise.
-            pub const fn when(self, set: bool) -> u16 {
-                (set as u16) << self.number()
-            }
+        bits_of_word! {
+            $(#[$doc])*
+            $bits { $($bit = $n: $name;)* }
         }
 
         const $rows: [Row; 16] = {
@@ -246,7 +217,7 @@ macro_rules! bits_of_word {
     };
 }
 
-bits_of_word! {
+words! {
     /// The bits of the control word STW (manual tables 11 and 13). Bits 10 to 14 are not evaluated.
     StwBit, STW {
         On = 0: both("on", "ON / OFF1", "ON", "OFF1", "0 cancels the job, releases the motor, and ends turn-on disabled");
@@ -264,7 +235,7 @@ bits_of_word! {
     }
 }
 
-bits_of_word! {
+words! {
     /// The bits of the status word ZSW (manual tables 12 and 14).
     ZswBit, ZSW {
         ReadyToTurnOn = 0: both("ready-to-turn-on", "ready to turn on", "ready to turn on", "not ready to turn on", "supplies present");
@@ -291,7 +262,7 @@ bits_of_word! {
     }
 }
 
-bits_of_word! {
+words! {
     /// The bits of the system status word SSW, PNU 1020 (manual table 1).
     SswBit, SSW {
         InPosition = 3: both("in-position", "in position", "position in the window", "position outside the window", "")
@@ -314,7 +285,7 @@ bits_of_word! {
     }
 }
 
-bits_of_word! {
+words! {
     /// The bits of the general status register, PNU 1031.
     GeneralStatusBit, GENERAL_STATUS {
         OutputStage = 4: both("output-stage", "enable input or supply of the output stage", "output stage enabled and supplied", "output stage not enabled or not supplied", "AG03: enable input, AG03/1: supply").models(

@@ -14,32 +14,32 @@
 use super::bits::StwBit;
 
 /// ON and no OFF2, not enabled: an enabled drive brakes and its motor stays in control.
-pub const DISABLED: u16 = StwBit::On.mask() | StwBit::NoOff2.mask();
+pub(crate) const DISABLED: u16 = StwBit::On.mask() | StwBit::NoOff2.mask();
 /// As [`DISABLED`], with the acknowledge bit.
-pub const ACKNOWLEDGING: u16 = DISABLED | StwBit::Acknowledge.mask();
+pub(crate) const ACKNOWLEDGING: u16 = DISABLED | StwBit::Acknowledge.mask();
 /// OFF1 alone, which ends turn-on disabled.
-pub const OFF1: u16 = StwBit::NoOff2.mask();
+pub(crate) const OFF1: u16 = StwBit::NoOff2.mask();
 /// Operation enabled. A travel job is stopped with maximum deceleration and discarded.
-pub const ENABLED: u16 = DISABLED | StwBit::EnableOperation.mask();
+pub(crate) const ENABLED: u16 = DISABLED | StwBit::EnableOperation.mask();
 /// Operation enabled, and each change of the start bit starts a travel job.
-pub const TRAVEL: u16 = ENABLED | StwBit::NoStop.mask() | StwBit::NoIntermediateStop.mask();
+pub(crate) const TRAVEL: u16 = ENABLED | StwBit::NoStop.mask() | StwBit::NoIntermediateStop.mask();
 /// Intermediate stop of a travel job.
-pub const PAUSED: u16 = ENABLED | StwBit::NoStop.mask();
+pub(crate) const PAUSED: u16 = ENABLED | StwBit::NoStop.mask();
 /// Stop of a travel job, with intermediate stop not given.
-pub const STOPPED: u16 = ENABLED | StwBit::NoIntermediateStop.mask();
+pub(crate) const STOPPED: u16 = ENABLED | StwBit::NoIntermediateStop.mask();
 /// Inching 1: once by delta inch.
-pub const INCHING_1: u16 = ENABLED | StwBit::Inching1.mask();
+pub(crate) const INCHING_1: u16 = ENABLED | StwBit::Inching1.mask();
 /// Inching 2 in positive direction.
-pub const INCHING_2_POSITIVE: u16 = ENABLED | StwBit::Inching2.mask();
+pub(crate) const INCHING_2_POSITIVE: u16 = ENABLED | StwBit::Inching2.mask();
 /// Inching 2 in negative direction.
-pub const INCHING_2_NEGATIVE: u16 = INCHING_2_POSITIVE | StwBit::Inching2Negative.mask();
+pub(crate) const INCHING_2_NEGATIVE: u16 = INCHING_2_POSITIVE | StwBit::Inching2Negative.mask();
 /// The setpoint is released (velocity mode).
-pub const VELOCITY: u16 = ENABLED | START;
+pub(crate) const VELOCITY: u16 = ENABLED | START;
 /// The start bit alone. In positioning mode its changes start a job, so it rests where the last job left it.
-pub const START: u16 = StwBit::Start.mask();
+pub(crate) const START: u16 = StwBit::Start.mask();
 
 /// The words that enable operation, as the flow charts print them.
-pub const PRINTED: [u16; 7] =
+pub(crate) const PRINTED: [u16; 7] =
     [ENABLED, TRAVEL, TRAVEL | START, INCHING_1, INCHING_2_POSITIVE, INCHING_2_NEGATIVE, VELOCITY];
 
 #[cfg(test)]

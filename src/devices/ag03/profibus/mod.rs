@@ -88,7 +88,7 @@ pub const DESCRIPTION: dp::Description = dp::Description {
 };
 
 /// What both drives judge in Set_Prm and Chk_Cfg: they have no user parameters.
-pub const APPLICATION: dp::Fixed<'static> = dp::Fixed {
+pub(crate) const APPLICATION: dp::Fixed<'static> = dp::Fixed {
     configurations: CONFIGURATIONS,
     cfg_advice: "choose the module of the drive's GSD (SIKO0AC5.GSD) in the master's project",
     ..dp::Fixed::PLAIN
@@ -139,7 +139,7 @@ impl Device {
     ///
     /// # Errors
     /// As [`Device::restore`].
-    pub fn restore_unstored(config: Config, octets: &[u8], now: Instant) -> Result<Self, ImageError> {
+    pub(crate) fn restore_unstored(config: Config, octets: &[u8], now: Instant) -> Result<Self, ImageError> {
         Unit::restore_unstored(config.unit(), octets).map(|unit| Self::with(config, unit, now))
     }
 
@@ -164,7 +164,7 @@ impl Device {
     }
 
     /// The unit behind the bus.
-    pub const fn unit(&self) -> &Unit {
+    pub(crate) const fn unit(&self) -> &Unit {
         &self.part.unit
     }
 
@@ -184,7 +184,7 @@ impl Device {
     }
 
     /// The state of the drive in the words that all devices share.
-    pub fn drive_state(&self) -> DriveState {
+    pub(crate) fn drive_state(&self) -> DriveState {
         self.status().state.into()
     }
 
@@ -197,18 +197,18 @@ impl Device {
     ///
     /// # Errors
     /// As [`Store::read`].
-    pub fn read_parameter(&self, pnu: Pnu, element: Option<Subindex>) -> Result<Value, ParamError> {
+    pub(crate) fn read_parameter(&self, pnu: Pnu, element: Option<Subindex>) -> Result<Value, ParamError> {
         let Parts { unit, shown, .. } = &self.part;
         unit.read(pnu, element, |reading, element| shown.show(unit, reading, element))
     }
 
     /// What stands now against a start with the newest outputs (`ag03.md` 8 rows 20 to 22, 40); `None`: nothing.
-    pub fn start_refusal(&self) -> Option<Refusal> {
+    pub(crate) fn start_refusal(&self) -> Option<Refusal> {
         self.part.unit.start_refusal().map(|refusal| Refusal::new(refusal, &self.part.shown.words))
     }
 
     /// The control word that the drive has seen last; 0 outside Data_Exchange.
-    pub const fn commanded(&self) -> Stw {
+    pub(crate) const fn commanded(&self) -> Stw {
         self.part.shown.words.stw()
     }
 
@@ -223,7 +223,7 @@ impl Device {
     }
 
     /// The fault codes in the order PNU 945 lists them (C-18), 0 = unused.
-    pub fn fault_codes(&self) -> [u8; FaultBuffer::LEN] {
+    pub(crate) fn fault_codes(&self) -> [u8; FaultBuffer::LEN] {
         self.part.shown.fault_codes(self.unit())
     }
 
@@ -246,7 +246,7 @@ impl Device {
     }
 
     /// The time that blinks count from, for [`StatusLed::is_lit`]: since the device was made.
-    pub fn blink_time(&self, now: Instant) -> Duration {
+    pub(crate) fn blink_time(&self, now: Instant) -> Duration {
         now.saturating_since(self.part.cycles.start())
     }
 
@@ -318,7 +318,7 @@ impl Device {
     }
 
     /// How safe what the drive keeps is.
-    pub fn eeprom_state(&self) -> EepromState {
+    pub(crate) fn eeprom_state(&self) -> EepromState {
         self.part.unit.eeprom_state()
     }
 
@@ -348,7 +348,7 @@ impl Device {
     }
 
     /// The line has another rate from now on.
-    pub fn set_baud(&mut self, baud: BaudRate) {
+    pub(crate) fn set_baud(&mut self, baud: BaudRate) {
         self.part.config.baud = baud;
         self.part.station.set_baud(baud);
         self.framer = self.part.config.framer();
@@ -382,7 +382,7 @@ impl Device {
     }
 
     /// Takes one telegram whose last octet ended at `now`, for hosts that frame the octets of many devices once.
-    pub fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>) {
+    pub(crate) fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>) {
         self.part.advance(now);
         if self.part.unit.is_working() {
             self.part.hear(now, Ok(*telegram));
@@ -394,11 +394,6 @@ impl Device {
         let Self { framer, part } = self;
         part.advance(now);
         framer.handle_timeout(now, |_, result| part.hear(now, result));
-    }
-
-    /// The other end of the line was replaced: an unfinished telegram is forgotten.
-    pub fn handle_line_reset(&mut self) {
-        self.framer.clear();
     }
 
     /// The telegram to send at `now`, written to `buf`, if its time has come.
@@ -431,7 +426,7 @@ impl Device {
     }
 
     /// Whether the DP watchdog minds the master (WD_On of Slave_Diag).
-    pub fn watchdog_on(&self) -> bool {
+    pub(crate) fn watchdog_on(&self) -> bool {
         self.part.station.slave().watchdog_on()
     }
 

@@ -43,6 +43,10 @@ impl Surroundings for Device {
         surroundings::nominal_level(name)
     }
 
+    fn calculated(&self, name: &str) -> Option<f64> {
+        surroundings::calculated(self.drive(), name)
+    }
+
     fn make_nominal(&mut self, now: Instant) {
         self.set_inputs(now, surroundings::nominal(self.inputs()));
     }

@@ -67,12 +67,12 @@ const fn asks_operation(stw: Stw, before: Stw) -> bool {
 
 impl Words {
     /// Nothing was said yet.
-    pub fn new(quirks: WordQuirks) -> Self {
+    pub(crate) fn new(quirks: WordQuirks) -> Self {
         Self { quirks, ..Self::default() }
     }
 
     /// The newest control word; 0 outside Data_Exchange.
-    pub const fn stw(&self) -> Stw {
+    pub(crate) const fn stw(&self) -> Stw {
         self.stw
     }
 
@@ -84,7 +84,7 @@ impl Words {
     }
 
     /// Whether enabling waits for STW.0 = 0 (C-36).
-    pub const fn awaits_off1(&self) -> bool {
+    pub(crate) const fn awaits_off1(&self) -> bool {
         self.quirks.off1_must_be_seen && !self.off1_seen
     }
 
@@ -183,7 +183,7 @@ impl Words {
     }
 
     /// The system status word SSW, PNU 1020.
-    pub fn system_status(&self, status: &Status) -> u16 {
+    pub(crate) fn system_status(&self, status: &Status) -> u16 {
         system_status(&self.shown(status))
     }
 
@@ -205,7 +205,7 @@ impl Words {
 }
 
 /// The actual value HIW: position in positioning mode, velocity in rpm in velocity mode.
-pub fn hiw(status: &Status) -> i32 {
+pub(crate) fn hiw(status: &Status) -> i32 {
     match status.mode {
         Mode::Positioning => status.position,
         Mode::Velocity => status.velocity,
@@ -231,7 +231,7 @@ fn system_status(status: &Status) -> u16 {
 
 /// The general status register, PNU 1031: enable input (AG03) or output stage supply (AG03/1), and whether the torque
 /// deactivation has tripped.
-pub fn general_status(status: &Status) -> u16 {
+pub(crate) fn general_status(status: &Status) -> u16 {
     GeneralStatusBit::OutputStage.when(status.output_stage_ok)
         | GeneralStatusBit::TorqueDeactivation.when(status.torque_tripped)
 }

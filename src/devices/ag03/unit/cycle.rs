@@ -41,12 +41,12 @@ impl ApplicationCycle {
     }
 
     /// From one cycle to the next; `None`: the bus decides when a cycle runs.
-    pub const fn period(self) -> Option<Duration> {
+    pub(crate) const fn period(self) -> Option<Duration> {
         if self.0.is_zero() { None } else { Some(self.0) }
     }
 
     /// How much time passes for the drive in one cycle.
-    pub const fn step(self) -> Duration {
+    pub(crate) const fn step(self) -> Duration {
         if self.0.is_zero() { DEFAULT_APPLICATION_CYCLE } else { self.0 }
     }
 }
@@ -69,35 +69,35 @@ pub struct Cycles {
 
 impl Cycles {
     /// A grid of these cycles that starts at `start`; the first is due one cycle later.
-    pub fn new(cycle: ApplicationCycle, start: Instant) -> Self {
+    pub(crate) fn new(cycle: ApplicationCycle, start: Instant) -> Self {
         let mut cycles = Self { cycle, start, next: None };
         cycles.wake(start);
         cycles
     }
 
     /// Where the grid starts.
-    pub const fn start(&self) -> Instant {
+    pub(crate) const fn start(&self) -> Instant {
         self.start
     }
 
     /// Whether there is no grid.
-    pub const fn is_manual(&self) -> bool {
+    pub(crate) const fn is_manual(&self) -> bool {
         self.cycle.period().is_none()
     }
 
     /// How much time passes for the drive in one cycle.
-    pub const fn step(&self) -> Duration {
+    pub(crate) const fn step(&self) -> Duration {
         self.cycle.step()
     }
 
     /// When the next cycle is due; `None` while nothing can change.
-    pub const fn next(&self) -> Option<Instant> {
+    pub(crate) const fn next(&self) -> Option<Instant> {
         self.next
     }
 
     /// Something has changed: the next point of the grid after `now` is due, unless one is due already.
     #[inline]
-    pub fn wake(&mut self, now: Instant) {
+    pub(crate) fn wake(&mut self, now: Instant) {
         if self.next.is_some() {
             return;
         }
@@ -110,7 +110,7 @@ impl Cycles {
     }
 
     /// The cycle that was due at `due` has run.
-    pub const fn ran(&mut self, due: Instant, at_rest: bool) {
+    pub(crate) const fn ran(&mut self, due: Instant, at_rest: bool) {
         self.next = match self.cycle.period() {
             Some(period) if !at_rest => Some(due.saturating_add(period)),
             Some(_) | None => None,
@@ -119,7 +119,7 @@ impl Cycles {
 
     /// Moves a cycle that is overdue beyond all measure up to the time that is made up for. Says whether there was one.
     #[inline]
-    pub fn forfeit(&mut self, now: Instant) -> bool {
+    pub(crate) fn forfeit(&mut self, now: Instant) -> bool {
         let overdue = self.next.is_some_and(|due| due.saturating_add(MOST_TIME_MADE_UP) < now);
         if overdue {
             self.next = None;

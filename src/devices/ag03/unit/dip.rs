@@ -28,7 +28,7 @@ impl DipSwitches {
     }
 
     /// The positions as a number, as [`from_bits`](Self::from_bits) takes it.
-    pub const fn bits(self) -> u16 {
+    pub(crate) const fn bits(self) -> u16 {
         self.0
     }
 
@@ -45,13 +45,13 @@ impl DipSwitches {
     }
 
     /// The number on SW1 to SW7, 0 to 127.
-    pub const fn number(self) -> u8 {
+    pub(crate) const fn number(self) -> u8 {
         let [_, low] = (self.0 & !SW8).to_be_bytes();
         low
     }
 
     /// Whether SW8 is ON.
-    pub const fn reset(self) -> bool {
+    pub(crate) const fn reset(self) -> bool {
         self.0 & SW8 != 0
     }
 
@@ -102,10 +102,10 @@ pub struct ResetPatterns {
 
 impl ResetPatterns {
     /// Assumed, for want of the pictures: the number of the command of PNU 970 that loads the same defaults.
-    pub const ASSUMED: Self = Self { all: 1, standard: 2, controller: 3 };
+    pub(crate) const ASSUMED: Self = Self { all: 1, standard: 2, controller: 3 };
 
     /// The other reading: SW1, SW2 or SW3 alone.
-    pub const ONE_SWITCH: Self = Self { all: 1, standard: 2, controller: 4 };
+    pub(crate) const ONE_SWITCH: Self = Self { all: 1, standard: 2, controller: 4 };
 
     /// The factory reset the switches ask for. SW8 ON with none of the patterns asks for none.
     pub const fn requested(self, switches: DipSwitches) -> Option<DefaultSet> {

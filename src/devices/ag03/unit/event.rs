@@ -187,7 +187,7 @@ impl<E, const CAPACITY: usize> Default for Queue<E, CAPACITY> {
 
 impl<E, const CAPACITY: usize> Queue<E, CAPACITY> {
     /// Lets an event wait.
-    pub fn push(&mut self, event: E) {
+    pub(crate) fn push(&mut self, event: E) {
         if self.events.push_back(event).is_err() {
             self.lost = self.lost.saturating_add(1);
         }
@@ -195,7 +195,7 @@ impl<E, const CAPACITY: usize> Queue<E, CAPACITY> {
 
     /// The oldest event; behind the last one how many were lost, if any were.
     #[inline]
-    pub fn pop(&mut self) -> Option<Result<E, u32>> {
+    pub(crate) fn pop(&mut self) -> Option<Result<E, u32>> {
         // Asked far more often than anything waits: nothing else is to be done where the caller stands.
         if self.events.is_empty() && self.lost == 0 { None } else { self.pop_waiting() }
     }

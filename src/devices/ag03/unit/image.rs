@@ -74,16 +74,16 @@ pub struct BusSettingsError {
 
 impl BusSettings {
     /// The most octets.
-    pub const MAX_LEN: usize = 128;
+    pub(crate) const MAX_LEN: usize = 128;
 
     /// None.
-    pub const EMPTY: Self = Self { octets: [0; Self::MAX_LEN], len: 0 };
+    pub(crate) const EMPTY: Self = Self { octets: [0; Self::MAX_LEN], len: 0 };
 
     /// These octets.
     ///
     /// # Errors
     /// [`BusSettingsError`] if they are more than [`BusSettings::MAX_LEN`].
-    pub fn new(octets: &[u8]) -> Result<Self, BusSettingsError> {
+    pub(crate) fn new(octets: &[u8]) -> Result<Self, BusSettingsError> {
         let error = BusSettingsError { got: octets.len() };
         let mut settings = Self::EMPTY;
         settings.octets.get_mut(..octets.len()).ok_or(error)?.copy_from_slice(octets);

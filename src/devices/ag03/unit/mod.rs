@@ -128,7 +128,7 @@ impl Unit {
     ///
     /// # Errors
     /// [`ImageError`] if the octets are no whole image, or that of another model or gear.
-    pub fn restore(config: Config, octets: &[u8]) -> Result<Self, ImageError> {
+    pub(crate) fn restore(config: Config, octets: &[u8]) -> Result<Self, ImageError> {
         Image::decode(octets, config.model, config.gear).map(|image| Self::with(config, Some(image)))
     }
 
@@ -136,7 +136,7 @@ impl Unit {
     ///
     /// # Errors
     /// As [`Unit::restore`].
-    pub fn restore_unstored(config: Config, octets: &[u8]) -> Result<Self, ImageError> {
+    pub(crate) fn restore_unstored(config: Config, octets: &[u8]) -> Result<Self, ImageError> {
         let mut unit = Self::restore(config, octets)?;
         if let Some(storage) = &mut unit.storage {
             storage.newest.offer();
@@ -238,12 +238,12 @@ impl Unit {
     }
 
     /// Says which causes of faults the bus sees now: see [`Drive::set_bus_causes`].
-    pub fn set_bus_causes(&mut self, causes: FaultSet) {
+    pub(crate) fn set_bus_causes(&mut self, causes: FaultSet) {
         self.drive.set_bus_causes(causes);
     }
 
     /// Whether another step with the same command would change nothing.
-    pub fn is_at_rest(&self) -> bool {
+    pub(crate) fn is_at_rest(&self) -> bool {
         self.drive.is_at_rest() && !self.parameters_acted && !self.paced.waits()
     }
 
@@ -258,17 +258,17 @@ impl Unit {
     }
 
     /// The drive itself: its faults and their causes, what it measures.
-    pub const fn drive(&self) -> &Drive {
+    pub(crate) const fn drive(&self) -> &Drive {
         &self.drive
     }
 
     /// The stored parameters.
-    pub const fn parameters(&self) -> &Store {
+    pub(crate) const fn parameters(&self) -> &Store {
         &self.store
     }
 
     /// What stands now against a start under the last command (`ag03.md` 8 rows 20 to 22, 40); `None`: nothing.
-    pub fn start_refusal(&self) -> Option<Refusal> {
+    pub(crate) fn start_refusal(&self) -> Option<Refusal> {
         self.drive.start_refusal(&self.settings)
     }
 
@@ -281,7 +281,7 @@ impl Unit {
     /// The oldest event not taken yet.
     #[must_use]
     #[inline]
-    pub fn poll_event(&mut self) -> Option<Event> {
+    pub(crate) fn poll_event(&mut self) -> Option<Event> {
         self.events.pop().map(|event| event.unwrap_or_else(|events| Event::Lost { events }))
     }
 }

@@ -27,7 +27,7 @@ impl Unit {
     ///
     /// # Errors
     /// As [`Store::read`](crate::devices::ag03::param::Store::read).
-    pub fn read(
+    pub(crate) fn read(
         &self,
         pnu: Pnu,
         element: Option<Subindex>,
@@ -39,7 +39,7 @@ impl Unit {
     }
 
     /// What the unit itself measures and counts; `None`: the bus knows how it is shown.
-    pub fn measure(&self, reading: Reading) -> Option<i32> {
+    pub(crate) fn measure(&self, reading: Reading) -> Option<i32> {
         let measured = self.drive.measured();
         Some(match reading {
             Reading::FaultCount => self.drive.faults().count().into(),
@@ -71,12 +71,12 @@ impl Unit {
     ///
     /// # Errors
     /// As [`Store::apply`](crate::devices::ag03::param::Store::apply); nothing is changed then.
-    pub fn write_safely(&mut self, write: Write) -> Result<Written, ParamError> {
+    pub(crate) fn write_safely(&mut self, write: Write) -> Result<Written, ParamError> {
         self.execute(write, Writer::Bus)
     }
 
     /// What the operating state allows to be written now.
-    pub const fn write_context(&self) -> WriteContext {
+    pub(crate) const fn write_context(&self) -> WriteContext {
         WriteContext { moving: self.status.moving, job_active: self.status.job_active }
     }
 

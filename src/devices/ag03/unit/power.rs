@@ -33,12 +33,12 @@ pub enum Switched {
 
 impl Unit {
     /// Whether it is switched on.
-    pub const fn power(&self) -> Power {
+    pub(crate) const fn power(&self) -> Power {
         self.power
     }
 
     /// Whether it serves a bus: neither switched off nor in a factory reset.
-    pub const fn is_working(&self) -> bool {
+    pub(crate) const fn is_working(&self) -> bool {
         match self.power {
             Power::On => true,
             Power::Off | Power::FactoryReset(_) => false,
@@ -46,19 +46,19 @@ impl Unit {
     }
 
     /// The world around the drive as last set, switched on or not.
-    pub const fn inputs(&self) -> &Inputs {
+    pub(crate) const fn inputs(&self) -> &Inputs {
         &self.inputs
     }
 
     /// Opens the switch of the control supply: what travels runs out unbraked, and all is lost but EEPROM and shaft
     /// position. The supply that is set ([`Inputs::control_supply`]) stays as it is.
-    pub fn power_off(&mut self) -> Switched {
+    pub(crate) fn power_off(&mut self) -> Switched {
         self.supply(self.inputs, false)
     }
 
     /// Closes the switch of the control supply (row 1): the EEPROM is loaded and the DIP switches are read, PNU 1035 is
     /// 100 and the setpoint 0, the motor is released. The drive gets the supply that is set, or 24 V where that is none.
-    pub fn power_on(&mut self) -> Switched {
+    pub(crate) fn power_on(&mut self) -> Switched {
         match self.supply(self.inputs, true) {
             Switched::No if self.power == Power::Off => {
                 self.supply(self.inputs.with_control_supply(true), true)
@@ -71,7 +71,7 @@ impl Unit {
     ///
     /// A control supply of 0 switches the unit off, as [`Unit::power_off`] does, and one that comes back switches it on;
     /// while [`Unit::power_off`] holds, the supply is only set.
-    pub fn set_inputs(&mut self, inputs: Inputs) -> Switched {
+    pub(crate) fn set_inputs(&mut self, inputs: Inputs) -> Switched {
         for change in InputChange::between(&self.inputs, &inputs.limited()) {
             self.events.push(Event::Input(change));
         }
@@ -80,7 +80,7 @@ impl Unit {
 
     /// Begins anew as after power-on (row 1), but without reading the DIP switches: what the EEPROM does not keep is at its
     /// default, the motor is released, no fault is latched. Does nothing to a unit that is not working.
-    pub fn restart(&mut self) {
+    pub(crate) fn restart(&mut self) {
         if self.is_working() {
             self.drive.set_inputs(self.inputs.with_control_supply(false));
             self.step(Duration::ZERO, &Command::UNATTENDED);
@@ -92,12 +92,12 @@ impl Unit {
     }
 
     /// The DIP switches as they are now.
-    pub const fn switches(&self) -> DipSwitches {
+    pub(crate) const fn switches(&self) -> DipSwitches {
         self.switches
     }
 
     /// Sets the DIP switches. They are read when the unit is switched on next (manual chapter 7.8).
-    pub fn set_switches(&mut self, switches: DipSwitches) {
+    pub(crate) fn set_switches(&mut self, switches: DipSwitches) {
         if core::mem::replace(&mut self.switches, switches) != switches {
             self.events.push(Event::SwitchesSet(switches));
         }

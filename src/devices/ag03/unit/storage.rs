@@ -26,12 +26,12 @@ pub enum EepromState {
 
 impl Unit {
     /// What the unit would keep if it were switched off now.
-    pub fn image(&self) -> ImageOctets {
+    pub(crate) fn image(&self) -> ImageOctets {
         self.image_with(self.drive.memory())
     }
 
     /// How safe what the unit keeps is.
-    pub fn eeprom_state(&self) -> EepromState {
+    pub(crate) fn eeprom_state(&self) -> EepromState {
         match self.storage.as_ref().map(|storage| storage.newest.stage()) {
             None => EepromState::Internal,
             Some(Stage::Offered | Stage::Taken) => EepromState::Writing,
@@ -44,7 +44,7 @@ impl Unit {
     ///
     /// The shaft position is in it as of the last standstill.
     #[must_use = "it is not offered again"]
-    pub fn poll_image(&mut self) -> Option<StoreRequest> {
+    pub(crate) fn poll_image(&mut self) -> Option<StoreRequest> {
         let storage = self.storage.as_mut()?;
         let generation = storage.newest.take()?;
         let memory = storage.memory.clone();
@@ -57,7 +57,11 @@ impl Unit {
     /// When the newest image could not be kept, what the waiting writes changed since the last safe one goes back to what
     /// it was. Everything else (faults, position, what was written without waiting) stays, and is in the image that is
     /// offered with the next change or write.
-    pub fn handle_stored(&mut self, generation: Generation, outcome: Result<(), NotStored>) -> Outcome {
+    pub(crate) fn handle_stored(
+        &mut self,
+        generation: Generation,
+        outcome: Result<(), NotStored>,
+    ) -> Outcome {
         let Some(storage) = &mut self.storage else {
             return Outcome::None;
         };
@@ -80,12 +84,12 @@ impl Unit {
     }
 
     /// What the bus keeps in the EEPROM.
-    pub const fn bus_settings(&self) -> &BusSettings {
+    pub(crate) const fn bus_settings(&self) -> &BusSettings {
         &self.bus
     }
 
     /// Keeps these octets for the bus. Says whether the bus has to wait for [`Outcome::Safe`] before it acknowledges.
-    pub fn keep_bus_settings(&mut self, settings: BusSettings) -> bool {
+    pub(crate) fn keep_bus_settings(&mut self, settings: BusSettings) -> bool {
         let before = core::mem::replace(&mut self.bus, settings);
         let Some(storage) = &mut self.storage else {
             return false;

@@ -51,11 +51,8 @@ use crate::time::Instant;
 use spin::Spin;
 use unit::Unit;
 
-/// The node number at the factory.
-pub const FACTORY_NODE: u8 = 125;
-
 /// Rates of the device in kbit/s.
-pub const KILOBITS: &[u16] = &[125, 250, 500, 800, 1000];
+pub(crate) const KILOBITS: &[u16] = &[125, 250, 500, 800, 1000];
 
 /// What a device is made of.
 #[derive(Clone, Copy, Debug)]
@@ -110,7 +107,7 @@ impl Ap10 {
     }
 
     /// The device without its bus.
-    pub const fn indicator(&self) -> &Indicator {
+    pub(crate) const fn indicator(&self) -> &Indicator {
         &self.unit.indicator
     }
 

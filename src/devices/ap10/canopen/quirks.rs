@@ -54,7 +54,7 @@ pub enum SoftwareVersion {
 
 impl SoftwareVersion {
     /// As it is read.
-    pub const fn text(self) -> &'static str {
+    pub(crate) const fn text(self) -> &'static str {
         match self {
             Self::V301 => "V301",
             Self::V100 => "V100",
@@ -142,7 +142,7 @@ impl Quirks {
     };
 
     /// What a node of this device does.
-    pub const fn policy(&self) -> Policy {
+    pub(crate) const fn policy(&self) -> Policy {
         let (unknown_command, wrong_length) = match self.sdo_codes {
             SdoCodes::Siko => (Abort::UNSUPPORTED_ACCESS, Abort::UNSUPPORTED_ACCESS),
             SdoCodes::Cia301 => (Abort::COMMAND, Abort::LENGTH),

@@ -24,7 +24,7 @@ pub(super) struct Spin {
 impl Ap10 {
     /// From now on the shaft turns with this speed, clockwise seen on the display; 0 stops it. Above [`MAX_RPM`] the fault
     /// [`Fault::Speed`] is there.
-    pub fn spin(&mut self, now: Instant, rpm: f64) {
+    pub(crate) fn spin(&mut self, now: Instant, rpm: f64) {
         self.turn_on(now);
         if self.spin.is_some() {
             // The count is kept when the shaft stops or turns with another speed.
@@ -41,7 +41,7 @@ impl Ap10 {
     }
 
     /// The speed of [`spin`](Self::spin) in rpm.
-    pub fn rpm(&self) -> f64 {
+    pub(crate) fn rpm(&self) -> f64 {
         self.spin.map_or(0.0, |spin| spin.rpm)
     }
 

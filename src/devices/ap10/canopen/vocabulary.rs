@@ -39,9 +39,9 @@ fn bits(at: Address, mode: i64) -> Option<[&'static str; 16]> {
         }
     };
     match at.pair() {
-        (0x5F0C, 0) => ControlBit::ALL.iter().for_each(|bit| put(*bit as u8, bit.text())),
+        (0x5F0C, 0) => ControlBit::ALL.iter().for_each(|bit| put(*bit as u8, bit.name())),
         (0x5F19, 0) => {
-            StatusBit::ALL.iter().for_each(|bit| put(*bit as u8, bit.text()));
+            StatusBit::ALL.iter().for_each(|bit| put(*bit as u8, bit.name()));
             if mode == ALPHANUMERIC {
                 put(StatusBit::ACKNOWLEDGED_1 as u8, "set point 1 acknowledged");
                 put(StatusBit::ACKNOWLEDGED_2 as u8, "set point 2 acknowledged");

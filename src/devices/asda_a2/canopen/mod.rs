@@ -35,7 +35,7 @@ pub use vocabulary::VOCABULARY;
 
 use crate::can_bus::can::{ErrorState, Frame, Id};
 use crate::can_bus::canopen::storage::Eeprom;
-use crate::can_bus::canopen::{Event, Node, NodeId, Object, cob_id};
+use crate::can_bus::canopen::{Event, Node, Object, cob_id};
 use crate::can_bus::cia402::Statusword;
 use crate::devices::asda_a2::{Alarm, Inputs, Servo};
 use crate::time::Instant;
@@ -75,7 +75,7 @@ impl AsdaA2 {
 
     /// With what is stored kept there.
     #[must_use]
-    pub fn with_memory(mut self, memory: Eeprom) -> Self {
+    pub(crate) fn with_memory(mut self, memory: Eeprom) -> Self {
         self.node = self.node.with_memory(memory);
         self
     }
@@ -106,11 +106,6 @@ impl AsdaA2 {
     /// 6041h.
     pub fn statusword(&self) -> Statusword {
         self.drive.statusword()
-    }
-
-    /// The node number in force.
-    pub const fn node_id(&self) -> NodeId {
-        self.node.node_id()
     }
 
     /// Switches the drive on.

@@ -71,7 +71,7 @@ pub const QUIRKS: &[Quirk<Quirks>] = &[
 
 impl Quirks {
     /// How the node behaves.
-    pub const fn policy(&self) -> Policy {
+    pub(crate) const fn policy(&self) -> Policy {
         /// The drive itself sends EMCY with its alarm, and follows 1029h after it.
         const BY_DEVICE: ErrorControlRule = ErrorControlRule { emcy: false, behaviour: false };
         Policy {

@@ -51,29 +51,29 @@ impl Memory {
 
 impl<A: Application> PpoDrive<A> {
     /// The host keeps what is written to parameters from now on: see [`PpoDrive::take_changed`].
-    pub fn keep_parameters(&mut self) {
+    pub(crate) fn keep_parameters(&mut self) {
         self.memory.get_or_insert_default();
     }
 
     /// Whether there is something new to be kept, which the host reports with [`PpoDrive::handle_stored`]. Until then the
     /// job that wrote it has no reply.
-    pub fn take_changed(&mut self) -> bool {
+    pub(crate) fn take_changed(&mut self) -> bool {
         self.memory.as_mut().is_some_and(|memory| core::mem::take(&mut memory.changed))
     }
 
     /// Every value that was written: parameter, element from 0, bits.
-    pub fn written(&self) -> impl Iterator<Item = ((u16, u8), u32)> {
+    pub(crate) fn written(&self) -> impl Iterator<Item = ((u16, u8), u32)> {
         let written = self.memory.iter().flat_map(|memory| &memory.written);
         written.map(|((pnu, element), bits)| ((*pnu, element.unwrap_or(0)), *bits))
     }
 
     /// The address that Set_Slave_Add gave it, to be kept with [`Slave::rem_slave_data`](crate::profibus::dp::Slave::rem_slave_data).
-    pub const fn stored_address(&self) -> StoredAddress {
+    pub(crate) const fn stored_address(&self) -> StoredAddress {
         self.station.stored_address()
     }
 
     /// The drive is as it was before it was switched off. Values that its table does not take any more are left out.
-    pub fn recall(
+    pub(crate) fn recall(
         &mut self,
         (address, rem_slave_data): (StoredAddress, &[u8]),
         written: impl IntoIterator<Item = ((u16, u8), u32)>,
@@ -90,7 +90,7 @@ impl<A: Application> PpoDrive<A> {
     }
 
     /// What was written is safe, or could not be stored: then the parameter is as before and the job gets error 18.
-    pub fn handle_stored(&mut self, stored: bool) {
+    pub(crate) fn handle_stored(&mut self, stored: bool) {
         let undo = self.memory.as_mut().and_then(|memory| memory.undo.take());
         if stored {
             self.engine.stored();

@@ -138,17 +138,17 @@ impl<A: Application> PpoDrive<A> {
     }
 
     /// The control word that was seen last; 0 without Data_Exchange.
-    pub const fn stw(&self) -> Stw {
+    pub(crate) const fn stw(&self) -> Stw {
         self.command.1
     }
 
     /// What is commanded now: with bit 10 = 0 what was commanded before.
-    pub const fn command(&self) -> &Command {
+    pub(crate) const fn command(&self) -> &Command {
         &self.command.0
     }
 
     /// The words of the parameter channel: what the master sent last, and what the drive answers. Zero without one.
-    pub const fn channel(&self) -> (Pkw, Pkw) {
+    pub(crate) const fn channel(&self) -> (Pkw, Pkw) {
         self.channel
     }
 
@@ -215,7 +215,7 @@ impl<A: Application> PpoDrive<A> {
     }
 
     /// The line has another rate from now on.
-    pub fn set_baud(&mut self, baud: BaudRate) {
+    pub(crate) fn set_baud(&mut self, baud: BaudRate) {
         self.station.set_baud(baud);
     }
 
@@ -260,7 +260,7 @@ impl<A: Application> PpoDrive<A> {
 
     /// When to call [`PpoDrive::handle_timeout`] and [`PpoDrive::poll_transmit`] again; `None` = a telegram comes first.
     #[must_use]
-    pub fn poll_timeout(&self) -> Option<Instant> {
+    pub(crate) fn poll_timeout(&self) -> Option<Instant> {
         Instant::first_of(self.station.poll_timeout(), self.cycles.next())
     }
 
@@ -431,7 +431,7 @@ impl<A: Application> PpoDrive<A> {
 
 /// The type of PPO that a configuration has: by its octets in each direction, and whether they begin with those of the
 /// parameter channel.
-pub fn ppo_of(configuration: &[u8]) -> Option<PpoType> {
+pub(crate) fn ppo_of(configuration: &[u8]) -> Option<PpoType> {
     let mut lengths = identifiers(configuration).filter_map(|octets| Identifier::read(octets).ok()).map(
         |(identifier, _)| {
             let octets = |units: Option<Units>| units.map_or(0, Units::octets);

@@ -56,6 +56,7 @@ pub fn reasons(stw: Stw, zsw: Zsw) -> impl Iterator<Item = Reason<'static>> {
 }
 
 /// Those of them that stand without a control word, too.
+#[cfg(feature = "std")]
 pub(in crate::devices::ppo_drive) fn reasons_of_drive(zsw: Zsw) -> impl Iterator<Item = Reason<'static>> {
     let all = [(ZswBit::Fault, FAULT), (ZswBit::SwitchingOnInhibited, INHIBITED)];
     all.into_iter().filter_map(move |(bit, reason)| bit.is_set(zsw).then_some(reason))

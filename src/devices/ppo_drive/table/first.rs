@@ -54,7 +54,12 @@ impl Table {
     ///
     /// # Errors
     /// [`FirstValueError`]; nothing is changed then.
-    pub fn begin_with(&mut self, pnu: u16, element: Option<u8>, value: f64) -> Result<(), FirstValueError> {
+    pub(crate) fn begin_with(
+        &mut self,
+        pnu: u16,
+        element: Option<u8>,
+        value: f64,
+    ) -> Result<(), FirstValueError> {
         let (row, kept) = self.rows.get_mut(&pnu).ok_or(FirstValueError::Unknown { pnu })?;
         let place = match (row.elements, element) {
             (None, None) => 0,

@@ -35,7 +35,7 @@ pub use first::FirstValueError;
 use super::{Drive, Quantity};
 
 /// The highest number of a parameter: PKE has 11 bits for it.
-pub const MAX_PNU: u16 = 2047;
+pub(crate) const MAX_PNU: u16 = 2047;
 
 /// What the octets of a value are (`profidrive-v2.md` 6).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, IntoStaticStr, VariantArray)]
@@ -58,15 +58,15 @@ pub enum Kind {
 
 impl Kind {
     /// Every kind.
-    pub const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
+    pub(crate) const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
 
     /// Its name in a file.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         self.into()
     }
 
     /// Its number in the object dictionary, bits 7 to 0 of the identifier of a description.
-    pub const fn number(self) -> u8 {
+    pub(crate) const fn number(self) -> u8 {
         match self {
             Self::Int16 => 3,
             Self::Int32 => 4,
@@ -78,7 +78,7 @@ impl Kind {
     }
 
     /// Whether it is a double word.
-    pub const fn is_double(self) -> bool {
+    pub(crate) const fn is_double(self) -> bool {
         match self {
             Self::Int16 | Self::Uint16 | Self::Bits16 => false,
             Self::Int32 | Self::Uint32 | Self::Float => true,
@@ -86,7 +86,7 @@ impl Kind {
     }
 
     /// Its smallest and largest value.
-    pub const fn range(self) -> (f64, f64) {
+    pub(crate) const fn range(self) -> (f64, f64) {
         match self {
             Self::Int16 => (i16::MIN as f64, i16::MAX as f64),
             Self::Int32 => (i32::MIN as f64, i32::MAX as f64),
@@ -97,7 +97,7 @@ impl Kind {
     }
 
     /// The value of these bits, of which a word uses the low half.
-    pub fn value(self, bits: u32) -> f64 {
+    pub(crate) fn value(self, bits: u32) -> f64 {
         let [_, _, high, low] = bits.to_be_bytes();
         let word = [high, low];
         match self {
@@ -110,7 +110,7 @@ impl Kind {
     }
 
     /// The bits of a value, rounded and brought into the range.
-    pub fn bits(self, value: f64) -> u32 {
+    pub(crate) fn bits(self, value: f64) -> u32 {
         let (low, high) = self.range();
         let value = value.clamp(low, high);
         #[expect(
@@ -157,15 +157,15 @@ pub enum Channel {
 
 impl Channel {
     /// Every one.
-    pub const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
+    pub(crate) const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
 
     /// Its name in a file.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         self.into()
     }
 
     /// How many elements it has; `None`: it is a single value.
-    pub const fn elements(self) -> Option<u8> {
+    pub(crate) const fn elements(self) -> Option<u8> {
         match self {
             // The words of PPO 5 behind the first two.
             Self::PzdSetpoint | Self::PzdActual => Some(8),
@@ -175,7 +175,7 @@ impl Channel {
     }
 
     /// Whether its value is kept by the table, so that it can be written.
-    pub const fn is_settable(self) -> bool {
+    pub(crate) const fn is_settable(self) -> bool {
         match self {
             Self::PzdSetpoint | Self::PzdActual => true,
             Self::ControlWord | Self::StatusWord | Self::Address | Self::PpoType | Self::List => false,
@@ -199,7 +199,7 @@ pub enum Tie {
 
 impl Tie {
     /// How many elements it has; `None`: a single value.
-    pub const fn elements(self) -> Option<u8> {
+    pub(crate) const fn elements(self) -> Option<u8> {
         match self {
             Self::None => None,
             Self::Drive(quantity) => quantity.elements(),
@@ -208,7 +208,7 @@ impl Tie {
     }
 
     /// Whether what is written to it is kept while the drive is switched off.
-    pub const fn is_kept(self) -> bool {
+    pub(crate) const fn is_kept(self) -> bool {
         match self {
             Self::None => true,
             Self::Drive(quantity) => quantity.is_kept(),
@@ -217,7 +217,7 @@ impl Tie {
     }
 
     /// Whether it can be written.
-    pub const fn is_settable(self) -> bool {
+    pub(crate) const fn is_settable(self) -> bool {
         match self {
             Self::None => true,
             Self::Drive(quantity) => quantity.is_settable(),
@@ -261,7 +261,7 @@ const NO_FACTOR: u16 = 1 << 8;
 
 impl Row {
     /// The identifier of its description, element 1 (`profidrive-v2.md` 6).
-    pub fn identifier(&self) -> u16 {
+    pub(crate) fn identifier(&self) -> u16 {
         let flags =
             [(self.elements.is_some(), ARRAY), (!self.writable, READ_ONLY), (self.scale == 1.0, NO_FACTOR)];
         let set = flags.into_iter().filter(|(set, _)| *set);
@@ -270,7 +270,7 @@ impl Row {
 
     /// The element of what it is tied to that an element of it shows, from 1: its own, but for the eight single
     /// parameters of the profile that show one warning each.
-    pub fn shown_element(&self, own: Option<u8>) -> u8 {
+    pub(crate) fn shown_element(&self, own: Option<u8>) -> u8 {
         own.or_else(|| profile::single_element(self.pnu, self.tie)).unwrap_or(1)
     }
 }
@@ -327,17 +327,17 @@ impl Table {
     }
 
     /// The first parameter with this tie.
-    pub fn tied(&self, tie: Tie) -> Option<&Row> {
+    pub(crate) fn tied(&self, tie: Tie) -> Option<&Row> {
         self.rows().find(|row| row.tie == tie)
     }
 
     /// The bits kept of a parameter: of an array at `place`, counted from 0.
-    pub fn kept(&self, pnu: u16, place: usize) -> Option<u32> {
+    pub(crate) fn kept(&self, pnu: u16, place: usize) -> Option<u32> {
         self.rows.get(&pnu)?.1.get(place).copied()
     }
 
     /// Keeps the bits of a parameter. `false`: there is no such place.
-    pub fn keep(&mut self, pnu: u16, place: usize, bits: u32) -> bool {
+    pub(crate) fn keep(&mut self, pnu: u16, place: usize, bits: u32) -> bool {
         let kept = self.rows.get_mut(&pnu).and_then(|(_, values)| values.get_mut(place));
         kept.map(|kept| *kept = bits).is_some()
     }
@@ -346,7 +346,7 @@ impl Table {
     ///
     /// # Errors
     /// The first parameter whose default its quantity does not take.
-    pub fn set_up(&self, drive: &mut Drive) -> Result<(), &Row> {
+    pub(crate) fn set_up(&self, drive: &mut Drive) -> Result<(), &Row> {
         for row in self.rows() {
             let (Tie::Drive(quantity), Some(default)) = (row.tie, &row.default) else { continue };
             if let (true, Some(value)) = (quantity.is_settable(), default.first()) {
