@@ -156,6 +156,18 @@ pub enum StationKind {
     Other,
 }
 
+impl StationKind {
+    /// Its name for programs.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Drive => "drive",
+            Self::GsdStation => "gsd_station",
+            Self::PpoDrive => "ppo_drive",
+            Self::Other => "other",
+        }
+    }
+}
+
 /// The address of a drive after `act`: DIP switches are read when it is switched on.
 fn address_after(device: &Device, act: &dyn Fn(&mut dyn Description)) -> Address {
     if device.power() != Power::Off {

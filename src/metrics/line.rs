@@ -7,7 +7,7 @@ use crate::can_bus::canopen::NmtState;
 use crate::devices::CanopenEvent;
 use crate::face::DriveState;
 use crate::host::can::{self, NodeCounters, Seat, StoredNode};
-use crate::host::{Bus, Presence, StationErrors, StationKind};
+use crate::host::{Bus, Presence, StationErrors};
 use crate::panel::Seated;
 use crate::panel::queue::Lends;
 use crate::profibus::dp;
@@ -72,12 +72,7 @@ impl Line {
             Some(Member {
                 address: address.number(),
                 twin: 0,
-                kind: match seen.kind {
-                    StationKind::Drive => "drive",
-                    StationKind::GsdStation => "gsd_station",
-                    StationKind::PpoDrive => "ppo_drive",
-                    StationKind::Other => "other",
-                },
+                kind: seen.kind.name(),
                 model: seen.model.into_owned(),
                 drive: seen.drive,
                 of: Of::Profibus {
