@@ -88,16 +88,6 @@ impl HostedPpoDrive {
         self.image = Some(image);
         Ok(Stored::in_file(self, file, now))
     }
-
-    /// The drive.
-    pub(crate) const fn drive(&self) -> &PpoDrive<PpoOnly<PpoJudge>> {
-        &self.drive
-    }
-
-    /// The drive, to change what acts on it: through [`Bus::with`](super::Bus::with).
-    pub(crate) const fn drive_mut(&mut self) -> &mut PpoDrive<PpoOnly<PpoJudge>> {
-        &mut self.drive
-    }
 }
 
 impl Images for HostedPpoDrive {

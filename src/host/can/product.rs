@@ -8,7 +8,6 @@ use crate::can_bus::canopen::storage::Eeprom;
 use crate::can_bus::canopen::{NodeId, Object};
 use crate::devices::CanopenDevice;
 use crate::devices::Vocabulary;
-use crate::face::QuirkError;
 use crate::host::list::{Choice, Choices, Device, QuirkRow};
 use crate::time::Instant;
 
@@ -47,14 +46,6 @@ impl Product {
     /// Every point on which its manual leaves a choice.
     pub(crate) fn quirks(&self) -> Vec<QuirkRow> {
         (self.quirks)()
-    }
-
-    /// Chooses the value of a quirk.
-    ///
-    /// # Errors
-    /// [`QuirkError`] if the device has no such quirk, or the quirk no such value; nothing is changed then.
-    pub(crate) fn choose(&self, choices: &mut Choices, name: &str, value: &str) -> Result<(), QuirkError> {
-        choices.quirk(&self.quirks(), name, value)
     }
 
     /// Its choices, one of them chosen; `None`: it has no such choice.
@@ -115,7 +106,7 @@ mod tests {
     fn a_quirk_of_a_product_acts() {
         let product = Product::named("ap10").unwrap();
         let mut choices = Choices::default();
-        product.choose(&mut choices, "auto-rate", "listens").unwrap();
+        choices.quirk(&product.quirks(), "auto-rate", "listens").unwrap();
         let mut device = product.make(NodeId::MIN, &choices, Eeprom::Internal, Instant::ZERO);
         device.power_on(Instant::ZERO);
         assert_eq!(device.poll_transmit(Instant::ZERO), None, "it listens first");
