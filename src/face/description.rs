@@ -170,8 +170,14 @@ pub struct Exchange<'a> {
     /// What they say, in words.
     pub details: Option<&'a dyn fmt::Display>,
     /// Tells each value that is in them.
-    pub each_entry: &'a dyn Fn(&mut dyn FnMut(ExchangeEntry<'_>)),
+    pub each_entry: &'a EachEntry<'a>,
 }
+
+/// Tells each value in octets that are exchanged.
+pub type EachEntry<'a> = dyn Fn(&mut dyn FnMut(ExchangeEntry<'_>)) + 'a;
+
+/// Says the value of an element, or of a parameter that is no array.
+pub type SayElement<'a> = dyn Fn(Option<u8>, &mut dyn FnMut(&dyn fmt::Display)) + 'a;
 
 /// A value in octets that are exchanged.
 #[derive(Clone, Copy)]
@@ -242,7 +248,7 @@ pub struct Parameter<'a> {
     /// The number of an element, or of the parameter; `None`: nobody can say.
     pub value: &'a dyn Fn(Option<u8>) -> Option<f64>,
     /// The same in words, with its unit.
-    pub say: &'a dyn Fn(Option<u8>, &mut dyn FnMut(&dyn fmt::Display)),
+    pub say: &'a SayElement<'a>,
     /// The values that stand for something.
     pub choices: &'a [(u16, &'static str)],
     /// Whether it can be read and written.

@@ -38,7 +38,7 @@ fn missing(address: u8) -> Problem {
 }
 
 /// The bus of the station.
-fn bus<'a>(bench: &'a mut dyn OnLine, address: u8) -> Result<&'a mut Bus, Problem> {
+fn bus(bench: &mut dyn OnLine, address: u8) -> Result<&mut Bus, Problem> {
     bench.find(address)?;
     bench.profibus().ok_or_else(|| missing(address))
 }

@@ -339,13 +339,14 @@ fn all_values(description: &dyn Description) -> (Vec<ValueState>, Vec<ValueState
 
 /// What is exchanged, with the words that depend on more than the octets.
 fn process(description: &dyn Description, known: Option<Known>) -> Vec<Process> {
-    let (mut process, mut sides) = (Vec::new(), [Vec::new(), Vec::new()]);
+    let (mut process, mut outputs, mut inputs) = (Vec::new(), Vec::new(), Vec::new());
     description.each_exchange(&mut |exchange| {
-        sides[usize::from(!exchange.from_master)] = exchange.octets.to_vec();
+        let side = if exchange.from_master { &mut outputs } else { &mut inputs };
+        *side = exchange.octets.to_vec();
         process.push(Process::of(&exchange));
     });
     if let Some(known) = known {
-        let [outputs, inputs] = known.channel(&sides[0], &sides[1]);
+        let [outputs, inputs] = known.channel(&outputs, &inputs);
         for side in &mut process {
             side.explain(if side.from_master { &outputs } else { &inputs });
         }

@@ -62,7 +62,7 @@ pub(super) async fn set(
         station.set_switches(positions.iter().rev().fold(0, |bits, on| bits << 1 | u16::from(*on)));
         Ok(())
     };
-    let switches = place.act(set, |station| SwitchesState::of(station)).await?;
+    let switches = place.act(set, SwitchesState::of).await?;
     switches.map(Json).ok_or_else(|| lacks(address, "switches"))
 }
 

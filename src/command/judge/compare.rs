@@ -1,7 +1,7 @@
 //! `judge compare A.json B.json`: what the second judgement says that the first did not.
 
+use core::fmt::Write as _;
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::io::{self, Write as _};
 use std::path::Path;
 use std::process::ExitCode;

@@ -120,9 +120,9 @@ mod tests {
         Sampled { at: Instant::from_millis(at), stations: vec![(address, columns, row)] }
     }
 
-    fn kept(samples: &Samples, address: u8) -> Vec<(u64, u32)> {
+    fn kept(samples: &Samples, address: u8) -> Vec<(u64, f64)> {
         let rows = samples.of(address).rows.into_iter();
-        rows.map(|(at, row)| (at.as_nanos() / 1_000_000, row[0] as u32)).collect()
+        rows.map(|(at, row)| (at.as_nanos() / 1_000_000, row[0])).collect()
     }
 
     #[test]
@@ -131,7 +131,7 @@ mod tests {
         for (at, position) in [(0, 7), (200, 7), (400, 7), (600, 7), (800, 8), (1000, 8)] {
             samples.keep(sampled(at, 5, position));
         }
-        assert_eq!(kept(&samples, 5), [(0, 7), (600, 7), (800, 8), (1000, 8)]);
+        assert_eq!(kept(&samples, 5), [(0, 7.0), (600, 7.0), (800, 8.0), (1000, 8.0)]);
     }
 
     #[test]
@@ -142,8 +142,8 @@ mod tests {
             samples.keep(sampled(step * 200, 5, u32::try_from(step).unwrap()));
             assert!(kept(&samples, 5).len() <= MOST);
         }
-        assert_eq!(kept(&samples, 5).first(), Some(&(500_000, 2500)));
-        assert_eq!(kept(&samples, 5).last(), Some(&(799_800, 3999)));
+        assert_eq!(kept(&samples, 5).first(), Some(&(500_000, 2500.0)));
+        assert_eq!(kept(&samples, 5).last(), Some(&(799_800, 3999.0)));
         assert_eq!(kept(&samples, 6), []);
     }
 }

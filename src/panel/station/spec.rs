@@ -55,10 +55,10 @@ impl NewStation {
     }
 
     fn entries(&self) -> Result<&[(String, Given)], Problem> {
-        match &self.0 {
-            Given::Table(entries) => Ok(entries),
-            _ => Err(Problem::value("the body must be a JSON object, {...}")),
-        }
+        let Given::Table(entries) = &self.0 else {
+            return Err(Problem::value("the body must be a JSON object, {...}"));
+        };
+        Ok(entries)
     }
 
     /// The specification, for a line of this bus.

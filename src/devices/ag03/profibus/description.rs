@@ -84,15 +84,13 @@ impl Device {
             },
             say: &|element, say| {
                 let value = self.read_place(entry, element);
-                match entry.unit {
-                    Unit::Ascii => say_fault(value.bits(), say),
-                    _ => say(&entry.in_words(entry.number(value), self.lengths())),
+                if let Unit::Ascii = entry.unit {
+                    say_fault(value.bits(), say);
+                } else {
+                    say(&entry.in_words(entry.number(value), self.lengths()));
                 }
             },
-            choices: match entry.unit {
-                Unit::Choice(choices) => choices,
-                _ => &[],
-            },
+            choices: if let Unit::Choice(choices) = entry.unit { choices } else { &[] },
             access: match entry.access() {
                 Access::ReadOnly => ParameterAccess::ReadOnly,
                 Access::ReadWrite => ParameterAccess::ReadWrite,
@@ -262,9 +260,9 @@ impl Description for Device {
         match reset {
             Some(set) => {
                 let meaning = format_args!("factory reset of {} parameters{waits}", set.name());
-                tell_switches(switches.into(), &meaning, tell);
+                tell_switches(switches, &meaning, tell);
             }
-            None => tell_switches(switches.into(), &format_args!("address {address}{waits}"), tell),
+            None => tell_switches(switches, &format_args!("address {address}{waits}"), tell),
         }
     }
 
