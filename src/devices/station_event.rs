@@ -126,6 +126,7 @@ mod tests {
         let of_unit = |event| StationEvent::Ag03(ag03::profibus::Event::Unit { event, stw: None });
         for (event, kind) in [
             (of_unit(unit::Event::Fault(Fault::B)), Some(ErrorKind::Fault)),
+            #[cfg(feature = "std")]
             (
                 StationEvent::PpoDrive(ppo_drive::profibus::Event::Drive(ppo_drive::Event::Fault(
                     ppo_drive::Fault::Overload,
