@@ -200,7 +200,7 @@ impl<M: Master> Line<M> {
     }
 
     /// The rules that were broken, oldest first; the last 256 are kept.
-    pub(crate) fn breaches(&self) -> impl ExactSizeIterator<Item = &Breach> {
+    pub fn breaches(&self) -> impl ExactSizeIterator<Item = &Breach> {
         self.breaches.iter()
     }
 

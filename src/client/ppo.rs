@@ -131,7 +131,7 @@ impl PpoClient {
     /// # Errors
     /// [`NotSubmitted`] as from [`PkwClient::submit`]; with PPO 3 and 4, which have no parameter channel,
     /// [`NotSubmitted::NoSuchJob`].
-    pub(crate) fn submit(&mut self, now: Instant, job: Job) -> Result<(), NotSubmitted> {
+    pub fn submit(&mut self, now: Instant, job: Job) -> Result<(), NotSubmitted> {
         if !self.kind.has_pkw() {
             return Err(NotSubmitted::NoSuchJob { job });
         }
@@ -213,7 +213,7 @@ impl PpoClient {
 
     /// How the job of [`submit`](Self::submit) ended; once for each job.
     #[must_use]
-    pub(crate) fn poll_job(&mut self) -> Option<Outcome> {
+    pub fn poll_job(&mut self) -> Option<Outcome> {
         self.channel.poll_outcome()
     }
 

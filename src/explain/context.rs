@@ -79,7 +79,7 @@ impl Context {
     /// and what positions are counted in; and its model. What is heard later counts again. What an AG03 refuses is then
     /// a [`Mistake`](super::Mark::Mistake) of who sends it there; of other stations it is at most a hint, until they say
     /// their Ident_Number in a diagnosis.
-    pub(crate) fn know(&mut self, station: Address, model: Model, mode: Mode, lengths: Lengths) {
+    pub fn know(&mut self, station: Address, model: Model, mode: Mode, lengths: Lengths) {
         let learned = self.stations.entry(station.number()).or_default();
         learned.model = Some(model);
         learned.heard = Some(mode);

@@ -60,7 +60,7 @@ impl<L: Link, C: Clock> Drive<L, C> {
     ///
     /// # Errors
     /// As [`Drive::job`], and [`SessionError::Stopped`] if the end is requested.
-    pub(crate) fn settings(
+    pub fn settings(
         &mut self,
         model: Model,
         step: &mut dyn FnMut(),
@@ -79,6 +79,18 @@ impl<L: Link, C: Clock> Drive<L, C> {
         step: &mut dyn FnMut(),
     ) -> Result<Vec<Value>, DriveError> {
         wanted.iter().map(|(entry, _)| self.read_entry(entry, step)).collect()
+    }
+
+    /// Gives the drive the values of `wanted`: reads, writes what differs, reads back. It must stand still, as some
+    /// parameters take no value while the shaft turns.
+    ///
+    /// # Errors
+    /// As [`Drive::settings`], before anything is written. What comes later is in [`Restored`].
+    pub fn restore(&mut self, wanted: &Wanted) -> Result<Restored, DriveError> {
+        let found = self.read_wanted(wanted, &mut || {})?;
+        let mut restored = self.write_changes(changes(wanted, &found), &mut || {});
+        self.verify(wanted, &mut restored, &mut || {});
+        Ok(restored)
     }
 
     /// Writes until all of it is done or something comes between, the end requested included.

@@ -192,7 +192,7 @@ impl<L: Link, C: Clock> Session<L, C> {
     }
 
     /// What ends a wait.
-    pub(crate) const fn stop(&self) -> &Stop {
+    pub const fn stop(&self) -> &Stop {
         &self.stop
     }
 

@@ -182,7 +182,7 @@ impl dyn OnLine + '_ {
     /// The same, if it has something.
     ///
     /// # Errors
-    /// As [`Self::find`]; 409 if it has not.
+    /// As `find`; 409 if it has not.
     pub(super) fn having<T>(&self, address: u8, what: &str, has: Option<T>) -> Result<T, Problem> {
         self.find(address)?;
         has.ok_or_else(|| lacks(address, what))

@@ -79,7 +79,7 @@ impl Node {
     ///
     /// # Errors
     /// What a client would be told; nothing is changed then.
-    pub(crate) fn write_without_bus(
+    pub fn write_without_bus(
         &mut self,
         now: Instant,
         at: Address,

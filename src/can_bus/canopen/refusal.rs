@@ -128,7 +128,7 @@ impl Refusal {
     }
 
     /// Why, without the entry: the abort code, what was expected and what came, what to do.
-    pub(crate) const fn reason(&self) -> Reason<'_> {
+    pub const fn reason(&self) -> Reason<'_> {
         Reason(self)
     }
 }

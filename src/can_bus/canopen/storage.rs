@@ -35,7 +35,7 @@ const UNNAMED: [u8; 3] = *b"CO1";
 const ENTRY_HEADER_LEN: usize = 5;
 
 /// The most octets that a device keeps beside its dictionary.
-pub(crate) const MAX_BESIDE: usize = 32;
+pub const MAX_BESIDE: usize = 32;
 
 /// The entry of an image that holds them; there is no object 0000h.
 const BESIDE: Address = Address::new(0, 0);

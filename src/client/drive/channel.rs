@@ -99,7 +99,7 @@ impl Channel {
         }
     }
 
-    pub(super) fn poll_job(&mut self) -> Option<Outcome> {
+    pub fn poll_job(&mut self) -> Option<Outcome> {
         self.outcome.take()
     }
 

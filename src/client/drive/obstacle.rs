@@ -71,7 +71,7 @@ pub enum Obstacle {
 
 impl Obstacle {
     /// Every obstacle, in the order in which [`Obstacles`] prints them.
-    pub(crate) const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
+    pub const ALL: &'static [Self] = <Self as VariantArray>::VARIANTS;
 
     const fn text(self) -> &'static str {
         match self {

@@ -1,4 +1,5 @@
 //! The command line: what may be asked for, and how a wrong question is answered.
+#![allow(rustdoc::broken_intra_doc_links, reason = "comments here are help texts; `[,key=VALUE]` is no link")]
 
 mod decode;
 mod demo;

@@ -376,7 +376,7 @@ impl Indicator {
     }
 
     /// The next event.
-    pub(crate) fn poll_event(&mut self) -> Option<Event> {
+    pub fn poll_event(&mut self) -> Option<Event> {
         self.events.pop_front()
     }
 

@@ -117,7 +117,7 @@ impl Servo {
     }
 
     /// PUU of a position in increments, counted from home.
-    pub(crate) fn puu(&self, increments: f64) -> i32 {
+    pub fn puu(&self, increments: f64) -> i32 {
         whole((increments - self.origin) / self.gear())
     }
 

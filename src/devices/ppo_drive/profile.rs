@@ -1,6 +1,6 @@
 //! The bits of STW and ZSW as PROFIDRIVE version 2 has them for a speed drive (`profidrive-v2.md` 8), once.
 //!
-//! The AG03 departs from them in places; its words are in [`bits`](crate::devices::ag03::profibus::bits). [`reasons`]
+//! The AG03 departs from them in places; its words are in [`bits`](crate::devices::ag03::profibus::bits). [`reasons()`]
 //! says what the words of a drive say against turning.
 
 mod reasons;

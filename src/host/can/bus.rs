@@ -34,7 +34,7 @@ use wire::Wire;
 
 /// How far behind `now` frames and deadlines are still worked off at their own times. Whoever calls later than that
 /// (a process that was stopped for a minute) finds the bus as if it had stood still meanwhile.
-pub(crate) const CATCH_UP: Duration = Duration::from_millis(100);
+pub const CATCH_UP: Duration = Duration::from_millis(100);
 
 /// How much later a station is called again that was called at its time and wants to be called at that time still.
 const AGAIN: Duration = Duration::from_micros(100);
@@ -197,7 +197,7 @@ impl<E: 'static> Bus<E> {
     }
 
     /// Whether [`Event::Passed`] is reported for each frame. At first not.
-    pub(crate) const fn watch(&mut self, watched: bool) {
+    pub const fn watch(&mut self, watched: bool) {
         self.events.watched = watched;
     }
 

@@ -15,7 +15,7 @@ impl Bus<CanopenEvent> {
     ///
     /// # Errors
     /// [`TooMany`]; nothing is changed then.
-    pub(crate) fn add_fault(&mut self, now: Instant, rule: Rule) -> Result<u32, TooMany> {
+    pub fn add_fault(&mut self, now: Instant, rule: Rule) -> Result<u32, TooMany> {
         if self.faults().iter().count() >= MAX_FAULTS {
             return Err(TooMany);
         }
@@ -29,7 +29,7 @@ impl Bus<CanopenEvent> {
     }
 
     /// Gives a node that is not on the bus yet what is for it, so that its boot-up is concerned.
-    pub(crate) fn spoil_joining(&self, now: Instant, node: &mut StoredNode) {
+    pub fn spoil_joining(&self, now: Instant, node: &mut StoredNode) {
         for (number, rule, _) in self.faults().iter() {
             spoil(now, node, number, rule);
         }

@@ -124,7 +124,7 @@ fn written(id: u32, length: u8, data: &[u8]) -> [u8; LENGTH] {
 /// The frame that the octets of a packet are; `None`: an error frame, CAN FD, or fewer octets than the frame has. Never
 /// panics.
 #[must_use]
-pub(crate) fn frame(octets: &[u8]) -> Option<Frame> {
+pub fn frame(octets: &[u8]) -> Option<Frame> {
     let (id, rest) = octets.split_first_chunk::<4>()?;
     let ([length, _, _, _], data) = rest.split_first_chunk::<4>()?;
     let id = u32::from_be_bytes(*id);

@@ -156,7 +156,7 @@ impl<R: Read> Reader<R> {
     ///
     /// # Errors
     /// [`ReadError`]; the most likely are [`ReadError::Foreign`] and [`ReadError::Classic`].
-    pub(crate) fn new(source: R) -> Result<Self, ReadError> {
+    pub fn new(source: R) -> Result<Self, ReadError> {
         Self::of_kind(source, Some(LinkType::ProfibusDl))
     }
 

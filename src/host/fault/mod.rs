@@ -81,7 +81,7 @@ pub enum BusKind {
 
 impl BusKind {
     /// How a fault is written.
-    pub(crate) const fn form(self) -> &'static str {
+    pub const fn form(self) -> &'static str {
         match self {
             Self::Profibus => {
                 "FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,station=ADDRESS][,service=NAME][,state=NAME]\

@@ -37,7 +37,7 @@ use crate::host::can::Product;
 use choice::rows;
 
 /// Every device; of a group the usual one first.
-pub(crate) static DEVICES: &[Device] = &[
+pub static DEVICES: &[Device] = &[
     Device::Slave(Slave {
         name: "ag03-1",
         group: Group::Drive,

@@ -244,7 +244,7 @@ impl<A: Application> Slave<A> {
     /// Files the extended diagnosis, to stay until the next one is filed. Unless it is the same as before, each
     /// Data_Exchange is answered with high priority until the owner has read it, that of a fault that has gone
     /// too (`dp-v0.md` 6.2 rules 1, 2 and 4).
-    pub(crate) fn file_diagnosis(&mut self, diagnosis: &ExtDiag) {
+    pub fn file_diagnosis(&mut self, diagnosis: &ExtDiag) {
         let limit = usize::from(self.description.max_diag_len).saturating_sub(STANDARD_DIAG_LEN);
         let diagnosis = diagnosis.within(limit);
         if self.ext_diag != diagnosis {

@@ -71,7 +71,7 @@ impl BaudSearch {
     }
 
     /// Whether the rate is unknown: stations at this end must not send.
-    pub(crate) const fn is_searching(&self) -> bool {
+    pub const fn is_searching(&self) -> bool {
         matches!(self.state, State::Search { .. })
     }
 

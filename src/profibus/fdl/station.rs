@@ -220,12 +220,7 @@ impl Station {
 
     /// As [`Station::new`] with another policy from the start.
     #[inline]
-    pub(crate) const fn under(
-        policy: Policy,
-        address: Address,
-        baud: BaudRate,
-        max_tsdr: Option<u16>,
-    ) -> Self {
+    pub const fn under(policy: Policy, address: Address, baud: BaudRate, max_tsdr: Option<u16>) -> Self {
         Self {
             policy,
             address,
@@ -245,25 +240,25 @@ impl Station {
 
     /// The same station with another policy.
     #[must_use]
-    pub(crate) const fn with_policy(mut self, policy: Policy) -> Self {
+    pub const fn with_policy(mut self, policy: Policy) -> Self {
         self.policy = policy;
         self
     }
 
     /// The station's address.
-    pub(crate) const fn address(&self) -> Address {
+    pub const fn address(&self) -> Address {
         self.address
     }
 
     /// The station has another address from the request on that it has just answered. Until the next telegram for
     /// it, a retry of that request to the old address still gets the same reply.
-    pub(crate) const fn set_address(&mut self, address: Address) {
+    pub const fn set_address(&mut self, address: Address) {
         self.former = Some(self.address);
         self.address = address;
     }
 
     /// The line has another rate from now on, and where replies are dropped at all they are after this max T_SDR.
-    pub(crate) const fn set_baud(&mut self, baud: BaudRate, max_tsdr: u16) {
+    pub const fn set_baud(&mut self, baud: BaudRate, max_tsdr: u16) {
         // The rate as before: what the constructor was given holds.
         if self.baud.bits_per_second() == baud.bits_per_second() {
             return;
@@ -277,7 +272,7 @@ impl Station {
 
     /// Sets the least time between a request and its reply in T_bit. Less than 11 is taken as 11, the shortest
     /// the standard knows.
-    pub(crate) const fn set_min_tsdr(&mut self, bits: u8) {
+    pub const fn set_min_tsdr(&mut self, bits: u8) {
         let bits = if bits < DEFAULT_MIN_TSDR { DEFAULT_MIN_TSDR } else { bits };
         if self.min_tsdr != bits {
             self.min_tsdr = bits;
@@ -291,7 +286,7 @@ impl Station {
     /// late one would be credited to somebody else (`dp-v0.md` 2 rule 6).
     #[must_use = "a `DataWithReply` must be answered with `Station::reply`"]
     #[inline]
-    pub(crate) fn receive<'a>(&mut self, now: Instant, telegram: &Telegram<'a>) -> Reception<'a> {
+    pub fn receive<'a>(&mut self, now: Instant, telegram: &Telegram<'a>) -> Reception<'a> {
         let telegram = match telegram {
             Telegram::Data(telegram) => telegram,
             Telegram::Token { .. } => {
@@ -362,7 +357,7 @@ impl Station {
     /// Addresses and SAPs are mirrored. Data of more octets than [`Reply`] allows, or fewer, are answered with RR: the
     /// layer above has broken its promise, the master shall not hang.
     #[inline]
-    pub(crate) fn reply(&mut self, now: Instant, request: &Request<'_>, reply: Reply<'_>) {
+    pub fn reply(&mut self, now: Instant, request: &Request<'_>, reply: Reply<'_>) {
         let (status, data) = match reply {
             Reply::ShortAcknowledge => {
                 let len = Telegram::ShortAcknowledge.encode(&mut self.reply).map_or(0, <[u8]>::len);
@@ -401,7 +396,7 @@ impl Station {
     /// the master has set beyond it.
     #[must_use = "the octets are not offered again"]
     #[inline]
-    pub(crate) fn poll_transmit(&mut self, now: Instant) -> Result<Option<&[u8]>, TooLate> {
+    pub fn poll_transmit(&mut self, now: Instant) -> Result<Option<&[u8]>, TooLate> {
         let Some((end, waiting)) = self.pending.filter(|(end, _)| self.earliest(*end) <= now) else {
             return Ok(None);
         };
@@ -421,7 +416,7 @@ impl Station {
 
     /// When [`Station::poll_transmit`] has something to send. Changes with every telegram received or sent.
     #[must_use]
-    pub(crate) fn poll_timeout(&self) -> Option<Instant> {
+    pub fn poll_timeout(&self) -> Option<Instant> {
         self.pending.map(|(end, _)| self.earliest(end))
     }
 

@@ -121,7 +121,7 @@ impl Engine {
     }
 
     /// What the held job wrote is safe: its reply is the answer of the next cycle. Says whether a job was held.
-    pub(crate) fn stored(&mut self) -> bool {
+    pub fn stored(&mut self) -> bool {
         let held = self.held();
         if let Some((job, reply)) = held {
             self.state = State::Stored { job, reply };
@@ -132,7 +132,7 @@ impl Engine {
     /// What the held job wrote is lost: the answer of the next cycle is error 18. Returns the refusal if a job was
     /// held; to undo the write is the caller's business.
     #[must_use]
-    pub(crate) fn store_failed(&mut self) -> Option<Refusal> {
+    pub fn store_failed(&mut self) -> Option<Refusal> {
         let (job, _) = self.held()?;
         let (reply, refusal) = refuse(job, JobError::NotStored);
         self.state = State::Stored { job, reply };

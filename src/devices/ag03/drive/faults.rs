@@ -61,7 +61,7 @@ impl Fault {
     }
 
     /// How often the status LED blinks for it.
-    pub(crate) const fn blinks(self) -> u8 {
+    pub const fn blinks(self) -> u8 {
         self.code() - b'A' + 1
     }
 

@@ -47,7 +47,7 @@ impl Entry {
     }
 
     /// The value as a number: in two's complement if the parameter is signed.
-    pub(crate) const fn number(&self, value: Value) -> i64 {
+    pub const fn number(&self, value: Value) -> i64 {
         match (value, self.signed) {
             (Value::Word(word), false) => word as i64,
             (Value::Word(word), true) => word.cast_signed() as i64,

@@ -57,7 +57,7 @@ impl fmt::Display for Position {
 
 impl Entry {
     /// A value with its unit, or what it stands for: `2500.00 mm`, `30 rpm`, `2 (positioning)`.
-    pub(crate) const fn in_words(&self, number: i64, lengths: Lengths) -> InWords<'_> {
+    pub const fn in_words(&self, number: i64, lengths: Lengths) -> InWords<'_> {
         InWords { entry: self, number, lengths }
     }
 

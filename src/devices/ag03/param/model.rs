@@ -91,7 +91,7 @@ impl Gear {
     }
 
     /// Largest speed of the output shaft in rpm, in either direction.
-    pub(crate) const fn max_rpm(self) -> u16 {
+    pub const fn max_rpm(self) -> u16 {
         match self {
             Self::Ratio24 => 200,
             Self::Ratio48 => 100,

@@ -52,13 +52,13 @@ impl Unit {
 
     /// Opens the switch of the control supply: what travels runs out unbraked, and all is lost but EEPROM and shaft
     /// position. The supply that is set ([`Inputs::control_supply`]) stays as it is.
-    pub(crate) fn power_off(&mut self) -> Switched {
+    pub fn power_off(&mut self) -> Switched {
         self.supply(self.inputs, false)
     }
 
     /// Closes the switch of the control supply (row 1): the EEPROM is loaded and the DIP switches are read, PNU 1035 is
     /// 100 and the setpoint 0, the motor is released. The drive gets the supply that is set, or 24 V where that is none.
-    pub(crate) fn power_on(&mut self) -> Switched {
+    pub fn power_on(&mut self) -> Switched {
         match self.supply(self.inputs, true) {
             Switched::No if self.power == Power::Off => {
                 self.supply(self.inputs.with_control_supply(true), true)
@@ -71,7 +71,7 @@ impl Unit {
     ///
     /// A control supply of 0 switches the unit off, as [`Unit::power_off`] does, and one that comes back switches it on;
     /// while [`Unit::power_off`] holds, the supply is only set.
-    pub(crate) fn set_inputs(&mut self, inputs: Inputs) -> Switched {
+    pub fn set_inputs(&mut self, inputs: Inputs) -> Switched {
         for change in InputChange::between(&self.inputs, &inputs.limited()) {
             self.events.push(Event::Input(change));
         }

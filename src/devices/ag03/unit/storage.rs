@@ -44,7 +44,7 @@ impl Unit {
     ///
     /// The shaft position is in it as of the last standstill.
     #[must_use = "it is not offered again"]
-    pub(crate) fn poll_image(&mut self) -> Option<StoreRequest> {
+    pub fn poll_image(&mut self) -> Option<StoreRequest> {
         let storage = self.storage.as_mut()?;
         let generation = storage.newest.take()?;
         let memory = storage.memory.clone();
@@ -57,11 +57,7 @@ impl Unit {
     /// When the newest image could not be kept, what the waiting writes changed since the last safe one goes back to what
     /// it was. Everything else (faults, position, what was written without waiting) stays, and is in the image that is
     /// offered with the next change or write.
-    pub(crate) fn handle_stored(
-        &mut self,
-        generation: Generation,
-        outcome: Result<(), NotStored>,
-    ) -> Outcome {
+    pub fn handle_stored(&mut self, generation: Generation, outcome: Result<(), NotStored>) -> Outcome {
         let Some(storage) = &mut self.storage else {
             return Outcome::None;
         };

@@ -35,7 +35,7 @@ pub use first::FirstValueError;
 use super::{Drive, Quantity};
 
 /// The highest number of a parameter: PKE has 11 bits for it.
-pub(crate) const MAX_PNU: u16 = 2047;
+pub const MAX_PNU: u16 = 2047;
 
 /// What the octets of a value are (`profidrive-v2.md` 6).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, IntoStaticStr, VariantArray)]

@@ -39,6 +39,11 @@ impl Connection {
         }
         Err(failed(refused))
     }
+
+    /// How many octets were sent that the connection had no room for.
+    pub fn lost(&self) -> u64 {
+        self.lost
+    }
 }
 
 impl Link for Connection {
