@@ -99,7 +99,7 @@ impl Channel {
         }
     }
 
-    pub fn poll_job(&mut self) -> Option<Outcome> {
+    pub(super) fn poll_job(&mut self) -> Option<Outcome> {
         self.outcome.take()
     }
 

@@ -127,7 +127,7 @@ pub(crate) const MASTER_SAP: Option<Sap> = Sap::new(62);
 
 impl Service {
     /// Whether the service may run now, for this caller (`dp-v0.md` 4.1).
-    pub const fn access(self, state: State, caller: Caller, policy: &Policy) -> Access {
+    pub(crate) const fn access(self, state: State, caller: Caller, policy: &Policy) -> Access {
         match (self, state, caller) {
             (Self::SlaveDiag | Self::GetCfg | Self::SetPrm, _, _) => Access::Run,
             (Self::RdInp | Self::RdOutp, State::DataExch, _) => Access::Run,

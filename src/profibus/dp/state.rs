@@ -17,7 +17,7 @@ pub enum State {
     DataExch,
 }
 
-/// What happened, judged already: who may do what is decided by [`Service::access`](super::Service::access).
+/// What happened, judged already: who may do what is decided by `Service::access`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Stimulus {
     /// Set_Prm with Lock_Req, everything in order.
