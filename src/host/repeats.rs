@@ -14,7 +14,11 @@ const KNOWN: usize = 256;
 
 /// The events that came a short time ago.
 #[derive(Debug)]
-pub(super) struct Repeats<E>(Vec<Known<E>>);
+pub(super) struct Repeats<E> {
+    known: Vec<Known<E>>,
+    /// When the first of the counts is to be told: asked for with every telegram, changed only by events that repeat.
+    due: Option<Instant>,
+}
 
 #[derive(Debug)]
 struct Known<E> {
@@ -37,7 +41,7 @@ impl<E> Known<E> {
 
 impl<E> Default for Repeats<E> {
     fn default() -> Self {
-        Self(Vec::new())
+        Self { known: Vec::new(), due: None }
     }
 }
 
@@ -51,9 +55,10 @@ impl<E: Clone> Repeats<E> {
         same: impl Fn(&E, &E) -> bool,
         each: u32,
     ) -> bool {
-        let Some(known) = self.0.iter_mut().find(|known| same(&known.event, event)) else {
-            if self.0.len() < KNOWN {
-                self.0.push(Known { event: event.clone(), told: now, last: now, each: 1, more: 0 });
+        self.known.retain(|known| known.more > 0 || now.saturating_since(known.last) < QUIET);
+        let Some(known) = self.known.iter_mut().find(|known| same(&known.event, event)) else {
+            if self.known.len() < KNOWN {
+                self.known.push(Known { event: event.clone(), told: now, last: now, each: 1, more: 0 });
             }
             return true;
         };
@@ -63,28 +68,29 @@ impl<E: Clone> Repeats<E> {
             (known.told, known.each) = (now, known.each.saturating_add(1));
         } else {
             known.more = known.more.saturating_add(1);
+            self.plan();
         }
         told
     }
 
+    fn plan(&mut self) {
+        self.due = self.known.iter().filter_map(Known::due).min();
+    }
+
     /// When a count is to be told; `None`: nothing repeats.
-    pub(super) fn poll_timeout(&self) -> Option<Instant> {
-        self.0.iter().filter_map(Known::due).min()
+    pub(super) const fn poll_timeout(&self) -> Option<Instant> {
+        self.due
     }
 
     /// An event whose count is to be told now.
     pub(super) fn poll(&mut self, now: Instant) -> Option<(E, Again)> {
-        // Asked far more often than anything repeats.
-        if self.0.is_empty() { None } else { self.poll_known(now) }
-    }
-
-    #[inline(never)]
-    fn poll_known(&mut self, now: Instant) -> Option<(E, Again)> {
-        self.0.retain(|known| known.more > 0 || now.saturating_since(known.last) < QUIET);
-        let known = self.0.iter_mut().find(|known| known.due().is_some_and(|due| due <= now))?;
+        self.due.filter(|due| *due <= now)?;
+        let known = self.known.iter_mut().find(|known| known.due().is_some_and(|due| due <= now))?;
         let again = Again { times: known.more, within: known.last.saturating_since(known.told) };
         (known.told, known.more) = (now, 0);
-        Some((known.event.clone(), again))
+        let event = known.event.clone();
+        self.plan();
+        Some((event, again))
     }
 }
 
