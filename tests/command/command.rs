@@ -50,7 +50,7 @@ fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
         (&["emulate", "--panel", "8080"], "for example 127.0.0.1:8080; expected ADDR:PORT"),
         (
             &["emulate", "--panel", "0.0.0.0:0"],
-            "others than this machine can connect and control the drives; add --panel-allow-remote",
+            "others than this machine can connect and control the stations; add --panel-allow-remote",
         ),
         (&["emulate", "--panel-allow-remote"], "--panel"),
         (&["emulate", "--metrics", "9187"], "for example 127.0.0.1:9187; expected ADDR:PORT"),

@@ -144,7 +144,7 @@ pub(crate) struct Emulate {
     #[arg(long, value_name = "ADDR:PORT", value_parser = panel_place)]
     pub(crate) panel: Option<String>,
 
-    /// Lets other machines reach the panel. There is no password: everybody who connects can control the drives
+    /// Lets other machines reach the panel. There is no password: everybody who connects can control the stations
     #[arg(long, requires = "panel")]
     pub(crate) panel_allow_remote: bool,
 
