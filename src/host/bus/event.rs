@@ -155,7 +155,6 @@ fn told_each_time(event: &StationEvent) -> Option<u32> {
 pub(super) struct News {
     waiting: VecDeque<BusEvent>,
     repeats: Repeats<(Address, StationEvent)>,
-    now: Instant,
     lost: u64,
 }
 
@@ -175,7 +174,6 @@ impl News {
         if matches!(event, StationEvent::Dp(dp::Event::WatchdogExpired { .. })) {
             counters.watchdog_expiries = counters.watchdog_expiries.saturating_add(1);
         }
-        self.now = now;
         let is_new = |times| self.repeats.is_new(now, &(address, event), PartialEq::eq, times);
         if told_each_time(&event).is_none_or(is_new) {
             self.push(BusEvent::Station { address, event });
@@ -187,9 +185,11 @@ impl News {
         self.repeats.poll_timeout()
     }
 
-    /// Time has passed.
-    pub(super) const fn advance(&mut self, now: Instant) {
-        self.now = now;
+    /// Time has passed. Counts that are due wait with the other news from now on, whether somebody takes them or not.
+    pub(super) fn advance(&mut self, now: Instant) {
+        while let Some(((address, event), again)) = self.repeats.poll(now) {
+            self.push(BusEvent::Repeated { address, event, again });
+        }
     }
 
     pub(super) fn push(&mut self, event: BusEvent) {
@@ -201,9 +201,7 @@ impl News {
     }
 
     pub(super) fn pop(&mut self) -> Option<BusEvent> {
-        let repeated = |((address, event), again)| BusEvent::Repeated { address, event, again };
-        let next = self.waiting.pop_front();
-        next.or_else(|| self.repeats.poll(self.now).map(repeated)).or_else(|| {
+        self.waiting.pop_front().or_else(|| {
             let events = core::mem::take(&mut self.lost);
             (events > 0).then_some(BusEvent::Lost { events })
         })
@@ -232,6 +230,20 @@ mod tests {
         let text = news.pop().map(|event| std::string::ToString::to_string(&event)).unwrap_or_default();
         assert!(text.starts_with("station 5: 999 times more in 5.0 s: ignored the parameters"), "{text}");
         assert_eq!(news.pop(), None);
+    }
+
+    #[test]
+    fn a_count_that_nobody_takes_wakes_the_bus_once() {
+        let mut news = News::default();
+        let address = Address::station(5).unwrap();
+        let event = StationEvent::Dp(dp::Event::PrmForeign { master: address, owner: address });
+        let (mut counters, mut errors) = (StationCounters::default(), StationErrors::default());
+        for _ in 0..2 {
+            news.tell(Instant::ZERO, address, (&mut counters, &mut errors), event);
+        }
+        let due = news.poll_timeout().unwrap();
+        news.advance(due);
+        assert_eq!(news.poll_timeout(), None);
     }
 
     #[test]
