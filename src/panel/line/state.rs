@@ -13,7 +13,7 @@ use super::super::station::{BusName, PresenceName, seconds};
 use super::faults::{self, FaultState};
 use super::{Line, Lines, OnLine};
 use crate::can_bus::can::ErrorState;
-use crate::host::can::bus::Counters as CanCounters;
+use crate::host::can::bus;
 use crate::host::fault::{BusKind, Row};
 use crate::host::list::{DEVICES, Device, Takes};
 use crate::panel::routes::OfLineName;
@@ -166,7 +166,7 @@ impl Counters {
         })
     }
 
-    pub(super) const fn of_can(counters: &CanCounters) -> Self {
+    pub(super) const fn of_can(counters: &bus::Counters) -> Self {
         Self::Can(FrameCounters {
             frames: counters.frames,
             remote_requests: counters.remote,

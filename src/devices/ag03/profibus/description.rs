@@ -8,8 +8,7 @@ use super::{Device, DipSwitches, Power, bits, words};
 use crate::devices::ag03::description::{Looked, each_past, length, memory, state, tell_switches};
 use crate::devices::ag03::drive::{Fault, Mode, State};
 use crate::devices::ag03::param::{
-    self, Access, Entry, Kind, Lengths, ParamError, Parameter as Setting, Pnu, Subindex, Unit, Width,
-    WritableWhen,
+    self, Access, Entry, Kind, Lengths, ParamError, Pnu, Subindex, Unit, Width, WritableWhen,
 };
 use crate::face::Description;
 use crate::face::description::{
@@ -32,7 +31,7 @@ const NO_OUTPUTS: &[u8; PPO_LEN] = &[0; PPO_LEN];
 impl Device {
     /// What it counts positions in.
     pub fn lengths(&self) -> Lengths {
-        Lengths::of_spindle_pitch(self.parameters().value(Setting::SpindlePitch).cast_unsigned())
+        Lengths::of_spindle_pitch(self.parameters().value(param::Parameter::SpindlePitch).cast_unsigned())
     }
 
     /// The outputs as the slave passes them; all zero if they are no PPO.
