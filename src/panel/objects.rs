@@ -77,7 +77,7 @@ pub(super) struct Objects {
 /// A value to write.
 #[derive(Clone, Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub(super) struct NewValue {
+pub(super) struct NewObjectValue {
     /// A whole number, a number or a text, as the type of the entry wants it.
     value: ObjectValue,
 }
@@ -123,7 +123,7 @@ pub(super) async fn read(place: Place, PathOf(of): PathOf<OfObject>) -> Result<J
 /// Writes one entry, not over the bus
 ///
 /// Checked as an SDO is. No client waits for it: what it stores is in the file a moment later.
-#[utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/objects/{index}/{sub}", tag = "objects", request_body = NewValue,
+#[utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/objects/{index}/{sub}", tag = "objects", request_body = NewObjectValue,
     params(
         ("line" = String, Path),
         ("address" = u8, Path, maximum = 127),
@@ -134,7 +134,7 @@ pub(super) async fn read(place: Place, PathOf(of): PathOf<OfObject>) -> Result<J
 pub(super) async fn write(
     place: Place,
     PathOf(of): PathOf<OfObject>,
-    Body(NewValue { value }): Body<NewValue>,
+    Body(NewObjectValue { value }): Body<NewObjectValue>,
 ) -> Result<Json<ObjectState>, Problem> {
     let (number, at) = (place.address, address(&of)?);
     let written = place.line.asking.ask(move |bench| {

@@ -34,7 +34,7 @@ pub(super) struct ParameterState {
     unit: String,
     /// The choices, if the value is one of a few.
     choices: Option<Vec<Choice>>,
-    access: AccessName,
+    access: ParameterAccessName,
     low: Option<f64>,
     high: Option<f64>,
     default: Option<f64>,
@@ -54,7 +54,7 @@ struct Choice {
 /// Whether a parameter can be read and written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
-enum AccessName {
+enum ParameterAccessName {
     ReadOnly,
     ReadWrite,
     /// A command: it reads as 0.
@@ -70,7 +70,7 @@ pub(super) struct Parameters {
 /// A value to write.
 #[derive(Clone, Copy, Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub(super) struct NewValue {
+pub(super) struct NewParameterValue {
     /// In the unit of the parameter.
     value: f64,
 }
@@ -137,11 +137,11 @@ pub(super) async fn read(
         ("address" = u8, Path, maximum = 127),
         ("key" = String, Path, pattern = "^[0-9]{1,4}([.][0-9]{1,3})?$", description = "its number, as 1004; of an array with the element, as 945.0"),
     ),
-    request_body = NewValue, responses((status = 200, body = ParameterValue), Problems))]
+    request_body = NewParameterValue, responses((status = 200, body = ParameterValue), Problems))]
 pub(super) async fn write(
     place: Place,
     PathOf(parameter): PathOf<OfParameter>,
-    Body(NewValue { value }): Body<NewValue>,
+    Body(NewParameterValue { value }): Body<NewParameterValue>,
 ) -> Result<Json<ParameterValue>, Problem> {
     let (address, at) = (place.address, parameter.place()?);
     let written = place.line.asking.ask(move |bench| {
@@ -244,9 +244,9 @@ impl ParameterState {
             unit: parameter.unit.to_string(),
             choices: (!parameter.choices.is_empty()).then(|| parameter.choices.iter().map(choice).collect()),
             access: match parameter.access {
-                ParameterAccess::ReadOnly => AccessName::ReadOnly,
-                ParameterAccess::ReadWrite => AccessName::ReadWrite,
-                ParameterAccess::WriteOnly => AccessName::WriteOnly,
+                ParameterAccess::ReadOnly => ParameterAccessName::ReadOnly,
+                ParameterAccess::ReadWrite => ParameterAccessName::ReadWrite,
+                ParameterAccess::WriteOnly => ParameterAccessName::WriteOnly,
             },
             low: parameter.low,
             high: parameter.high,

@@ -80,6 +80,24 @@ fn a_public_name_of_a_type_stands_once_in_a_layer() {
     assert!(places.is_empty(), "in one layer one name for several types: {places:#?}");
 }
 
+/// Of two types with one name OpenAPI has one schema, which is wrong for the other.
+#[test]
+fn a_name_of_a_schema_stands_once() {
+    let mut places = BTreeMap::<String, Vec<String>>::new();
+    for file in files_of("panel") {
+        let text = fs::read_to_string(&file).unwrap();
+        for (_, rest) in text.match_indices("ToSchema)]").map(|(at, found)| text[at..].split_at(found.len()))
+        {
+            let item = rest.lines().find(|line| line.contains("struct ") || line.contains("enum ")).unwrap();
+            let name = item.split(['{', '(', '<']).next().unwrap().split_whitespace().last().unwrap();
+            places.entry(name.to_owned()).or_default().push(file.display().to_string());
+        }
+    }
+    assert!(places.len() > 50, "{} schemas", places.len());
+    places.retain(|_, files| files.len() > 1);
+    assert!(places.is_empty(), "one name for several schemas: {places:#?}");
+}
+
 /// The types of ours that a file imports under another name, as `Event as UnitEvent`.
 fn renamed(tokens: &[String]) -> Vec<String> {
     let is_type = |name: &str| name.starts_with(char::is_uppercase) && name.contains(char::is_lowercase);

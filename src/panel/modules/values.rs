@@ -24,7 +24,7 @@ pub(in crate::panel) struct OfValue {
 
 /// An input or output.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-pub(in crate::panel) struct ValueState {
+pub(in crate::panel) struct ChannelState {
     /// A number; of a bit 0 or 1. `null`: the octets are no finite float.
     value: Option<f64>,
     /// Some of its bits are forced.
@@ -34,7 +34,7 @@ pub(in crate::panel) struct ValueState {
 /// A value for an input.
 #[derive(Clone, Copy, Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub(in crate::panel) struct NewValue {
+pub(in crate::panel) struct NewChannelValue {
     /// A number that its type can hold; of a bit 0 or 1.
     value: f64,
 }
@@ -48,11 +48,11 @@ pub(in crate::panel) struct NewValue {
         ("octet" = usize, Path, description = "The first octet of the value in the slot, from 0", maximum = 243),
         ("type" = String, Path, description = "bit0 to bit7, unsigned8, unsigned16, unsigned32, signed8, signed16, signed32, float32; big-endian"),
     ),
-    responses((status = 200, body = ValueState), Problems))]
+    responses((status = 200, body = ChannelState), Problems))]
 pub(in crate::panel) async fn read_input(
     place: Place,
     PathOf(of): PathOf<OfValue>,
-) -> Result<Json<ValueState>, Problem> {
+) -> Result<Json<ChannelState>, Problem> {
     let address = place.address;
     place
         .line
@@ -72,11 +72,11 @@ pub(in crate::panel) async fn read_input(
         ("octet" = usize, Path, description = "As for inputs", maximum = 243),
         ("type" = String, Path, description = "As for inputs"),
     ),
-    responses((status = 200, body = ValueState), Problems))]
+    responses((status = 200, body = ChannelState), Problems))]
 pub(in crate::panel) async fn read_output(
     place: Place,
     PathOf(of): PathOf<OfValue>,
-) -> Result<Json<ValueState>, Problem> {
+) -> Result<Json<ChannelState>, Problem> {
     let address = place.address;
     place
         .line
@@ -96,12 +96,12 @@ pub(in crate::panel) async fn read_output(
         ("octet" = usize, Path, description = "As for reading", maximum = 243),
         ("type" = String, Path, description = "As for reading"),
     ),
-    request_body = NewValue, responses((status = 200, body = ValueState), Problems))]
+    request_body = NewChannelValue, responses((status = 200, body = ChannelState), Problems))]
 pub(in crate::panel) async fn force(
     place: Place,
     PathOf(of): PathOf<OfValue>,
-    Body(NewValue { value }): Body<NewValue>,
-) -> Result<Json<ValueState>, Problem> {
+    Body(NewChannelValue { value }): Body<NewChannelValue>,
+) -> Result<Json<ChannelState>, Problem> {
     let address = place.address;
     let forced = place.line.asking.ask(move |bench| {
         let point = of.find(bench, address)?;
@@ -189,7 +189,7 @@ fn state(
     address: u8,
     point: Point,
     input: bool,
-) -> Result<Json<ValueState>, Problem> {
+) -> Result<Json<ChannelState>, Problem> {
     let station = bus(bench, address)?.modules(Address::from_octet(address));
     let station = station.ok_or_else(|| missing(address))?;
     let placed = station.layout().iter().find(|placed| placed.slot.number == point.slot);
@@ -210,7 +210,7 @@ fn state(
     })?;
     let bits = ValueType::of_octets(kind.octets()).read(&mask, offset).unwrap_or_default();
     let forced = whole(bits) & kind.mask() != 0;
-    Ok(Json(ValueState { value: value.is_finite().then_some(value), forced }))
+    Ok(Json(ChannelState { value: value.is_finite().then_some(value), forced }))
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "read from at most four octets")]
