@@ -55,7 +55,7 @@ test("an AG03/1 shows its words, PDOs and dictionary, why it does not move, and 
     await text(page, "#station-state", "fault D");
     await text(page, "#faults table", "4310h");
     await page.locator("#faults [data-fault=D][aria-pressed=true]").waitFor();
-    await text(page, "#device .leds", "status green: blinks 4 times");
+    await text(page, "#device .leds", "status green: 4 blinks: fault D");
     await page.getByRole("button", { name: "Set all to normal" }).click();
     await page.locator("#faults [data-fault=D][aria-pressed=false]").waitFor();
     await page.locator("#log-lines li[data-kind=fault]", { hasText: "EMCY 4310h" }).waitFor();

@@ -88,8 +88,8 @@ fn a_name_of_a_schema_stands_once() {
         let text = fs::read_to_string(&file).unwrap();
         for (_, rest) in text.match_indices("ToSchema)]").map(|(at, found)| text[at..].split_at(found.len()))
         {
-            let item = rest.lines().find(|line| line.contains("struct ") || line.contains("enum ")).unwrap();
-            let name = item.split(['{', '(', '<']).next().unwrap().split_whitespace().last().unwrap();
+            let item = rest.lines().find_map(|line| line.split_once("struct ").or(line.split_once("enum ")));
+            let name = item.unwrap().1.split(|letter: char| !letter.is_alphanumeric()).next().unwrap();
             places.entry(name.to_owned()).or_default().push(file.display().to_string());
         }
     }
