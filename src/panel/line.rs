@@ -266,9 +266,12 @@ impl Lines {
         &self.readers
     }
 
-    /// Adds a line of this name on this bus.
+    /// Adds a line of this name on this bus. Lines open in any order and are told in that of their names; `line-2` comes
+    /// before `line-10`.
     pub(super) fn add(&self, (name, kind): (Arc<str>, BusKind), asking: Asking, hub: Hub) {
-        self.locked().push(Line { name, kind, link: "".into(), asking, hub, leases: Arc::default() });
+        let mut lines = self.locked();
+        let place = lines.partition_point(|line| (line.name.len(), &line.name) < (name.len(), &name));
+        lines.insert(place, Line { name, kind, link: "".into(), asking, hub, leases: Arc::default() });
     }
 
     pub(super) fn set_link(&self, name: &str, link: &str) {
