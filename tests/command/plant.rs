@@ -130,6 +130,24 @@ fn two_lines_with_the_same_addresses_have_a_master_each_at_the_same_time() {
 }
 
 #[test]
+fn every_panel_shows_the_lines_of_the_file_in_their_order() {
+    let folder = tempfile::tempdir().unwrap();
+    let line = |drive: u8| format!("[[line]]\npanel = '127.0.0.1:0'\n[[line.drive]]\naddress = {drive}\n");
+    // Each line opens on a thread of its own; two have a drive at address 5.
+    let text: String = [5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 5].map(line).concat();
+    let emulator = panel::Emulator::of_file(&written(folder.path(), &text));
+    let all = emulator.get("/api/v1/lines");
+    let names: Vec<_> = all["lines"].as_array().unwrap().iter().map(|line| line["line"].clone()).collect();
+    let expected: Vec<_> = (1..=11).map(|number| serde_json::json!(format!("line-{number}"))).collect();
+    assert_eq!(names, expected);
+    assert_eq!(emulator.get("/api/v1/stations/9")["line"], "line-5");
+    let ambiguous = emulator.request("GET", "/api/v1/stations/5", "", "");
+    assert_eq!(ambiguous.status, 409, "{}", ambiguous.body);
+    assert!(ambiguous.body.contains("line-1") && ambiguous.body.contains("line-11"), "{}", ambiguous.body);
+    assert_eq!(emulator.get("/api/v1/lines/line-11/stations/5")["line"], "line-11");
+}
+
+#[test]
 fn a_line_that_cannot_be_opened_keeps_the_others_from_starting() {
     let folder = tempfile::tempdir().unwrap();
     let text = "[[line]]\nlink = 'pty:one'\n[[line.drive]]\naddress = 5\n\
