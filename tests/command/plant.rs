@@ -132,7 +132,9 @@ fn two_lines_with_the_same_addresses_have_a_master_each_at_the_same_time() {
 #[test]
 fn every_panel_shows_the_lines_of_the_file_in_their_order() {
     let folder = tempfile::tempdir().unwrap();
-    let line = |drive: u8| format!("[[line]]\npanel = '127.0.0.1:0'\n[[line.drive]]\naddress = {drive}\n");
+    let line = |drive: u8| {
+        format!("[[line]]\nlink = 'pty'\npanel = '127.0.0.1:0'\n[[line.drive]]\naddress = {drive}\n")
+    };
     // Each line opens on a thread of its own; two have a drive at address 5.
     let text: String = [5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 5].map(line).concat();
     let emulator = panel::Emulator::of_file(&written(folder.path(), &text));
