@@ -3,6 +3,8 @@
 set -eu
 [ "$(id -u)" != 0 ]
 emulate() {
+    # Or the line of the run before is read.
+    rm -f /tmp/ready
     profidrive "$@" >/tmp/ready &
     for _ in 1 2 3 4 5 6 7 8 9 10; do
         grep -q ^ready /tmp/ready && break
