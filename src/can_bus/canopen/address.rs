@@ -10,7 +10,7 @@ pub struct NodeId(u8);
 
 impl NodeId {
     /// The lowest number.
-    pub(crate) const MIN: Self = Self(1);
+    pub const MIN: Self = Self(1);
     /// The highest number.
     pub(crate) const MAX: Self = Self(127);
 

@@ -185,7 +185,7 @@ impl Indicator {
     }
 
     /// The position value 6004h.
-    pub(crate) fn position(&self) -> i32 {
+    pub fn position(&self) -> i32 {
         let divisor = if self.settings.is_on(Setting::DivisorUse) { 1 } else { self.settings.divisor() };
         let position = self.encoder.position(&self.settings) / divisor;
         i32::try_from(position).unwrap_or(if position < 0 { i32::MIN } else { i32::MAX })

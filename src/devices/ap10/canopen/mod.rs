@@ -107,7 +107,7 @@ impl Ap10 {
     }
 
     /// The device without its bus.
-    pub(crate) const fn indicator(&self) -> &Indicator {
+    pub const fn indicator(&self) -> &Indicator {
         &self.unit.indicator
     }
 
