@@ -26,8 +26,10 @@ pub(super) fn of_slave(
     tell: &mut dyn FnMut(Reason<'_>),
 ) {
     let waits = |for_what: &dyn fmt::Display, tell: &mut dyn FnMut(Reason<'_>)| {
-        let text = format_args!("no master exchanges data with the drive{for_what}");
-        tell(Reason::new("NoDataExchange", &text));
+        tell(Reason::new(
+            "NoDataExchange",
+            &format_args!("no master exchanges data with the drive{for_what}"),
+        ));
     };
     match state {
         dp::State::WaitPrm if diagnosis.prm_fault => waits(
@@ -59,8 +61,10 @@ pub(super) fn of_node(state: NmtState, tell: &mut dyn FnMut(Reason<'_>)) {
     match state {
         NmtState::Operational => {}
         NmtState::PreOperational | NmtState::Stopped => {
-            let text = format_args!("NMT state {state}, PDOs are not carried out: send NMT start (01h)");
-            tell(Reason::new("NmtState", &text));
+            tell(Reason::new(
+                "NmtState",
+                &format_args!("NMT state {state}, PDOs are not carried out: send NMT start (01h)"),
+            ));
         }
     }
 }

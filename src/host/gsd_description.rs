@@ -52,8 +52,9 @@ impl Description for GsdStation {
             let number = placed.slot.number;
             let name = format!("Slot {number}: {}", placed.name(self.gsd()));
             let (inputs, outputs) = (self.inputs(&placed.slot), self.outputs(&placed.slot));
+            let (of_inputs, of_outputs) = (format!("slot{number} inputs"), format!("slot{number} outputs"));
             let exchange = Exchange {
-                key: &format_args!("slot{number} inputs"),
+                key: &of_inputs,
                 name: &name,
                 from_master: false,
                 octets: &inputs,
@@ -65,9 +66,8 @@ impl Description for GsdStation {
                 tell(exchange);
             }
             if !outputs.is_empty() {
-                let key = format_args!("slot{number} outputs");
                 let forced = Some((number, &[][..]));
-                tell(Exchange { key: &key, from_master: true, octets: outputs, forced, ..exchange });
+                tell(Exchange { key: &of_outputs, from_master: true, octets: outputs, forced, ..exchange });
             }
         }
     }

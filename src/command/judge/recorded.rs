@@ -42,7 +42,7 @@ fn take_packets(
     for packet in packets {
         let packet = match packet {
             Ok(packet) => packet,
-            Err(error @ (ReadError::CutShort { packets } | ReadError::Damaged { packets, .. }))
+            Err(ref error @ (ReadError::CutShort { packets } | ReadError::Damaged { packets, .. }))
                 if packets > 0 =>
             {
                 recording.cut_off(&error.to_string());

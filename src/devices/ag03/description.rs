@@ -163,8 +163,11 @@ pub(super) fn tell_switches(
         Terminator::Active => "on",
         Terminator::Half => "half on: set SW9 and SW10 alike",
     };
-    let text = format_args!("{switches}: {meaning}, terminator {terminator}");
-    tell(Switches { positions: switches.bits(), names: SWITCHES, text: &text });
+    tell(Switches {
+        positions: switches.bits(),
+        names: SWITCHES,
+        text: &format_args!("{switches}: {meaning}, terminator {terminator}"),
+    });
 }
 
 /// How safe what the EEPROM holds is.

@@ -257,10 +257,11 @@ impl Description for Device {
         let address = switches.address();
         let waits = if reset.is_some() || address != self.address() { " from the next power-on" } else { "" };
         match reset {
-            Some(set) => {
-                let meaning = format_args!("factory reset of {} parameters{waits}", set.name());
-                tell_switches(switches, &meaning, tell);
-            }
+            Some(set) => tell_switches(
+                switches,
+                &format_args!("factory reset of {} parameters{waits}", set.name()),
+                tell,
+            ),
             None => tell_switches(switches, &format_args!("address {address}{waits}"), tell),
         }
     }

@@ -58,8 +58,10 @@ impl Device {
             return;
         }
         if !StwBit::Start.is_set(self.commanded()) {
-            let text = format_args!("the velocity setpoint is not released ({} = 0)", Bit(StwBit::Start));
-            tell(Reason::new("NotReleased", &text));
+            tell(Reason::new(
+                "NotReleased",
+                &format_args!("the velocity setpoint is not released ({} = 0)", Bit(StwBit::Start)),
+            ));
         }
         let outputs = self.slave().outputs().first_chunk().map(ppo::Outputs::new);
         if outputs.is_none_or(|outputs| outputs.hsw() == 0) {

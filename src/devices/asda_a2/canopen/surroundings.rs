@@ -67,8 +67,12 @@ impl Surroundings for AsdaA2 {
     fn each_fault(&self, tell: &mut dyn FnMut(Provocable<'_>)) {
         for alarm in Alarm::ALL {
             let present = self.servo().alarms().contains(alarm);
-            let name = format_args!("{:03X}", alarm.number());
-            tell(Provocable { name: &name, text: &alarm.text(), present, provoked: present });
+            tell(Provocable {
+                name: &format_args!("{:03X}", alarm.number()),
+                text: &alarm.text(),
+                present,
+                provoked: present,
+            });
         }
     }
 

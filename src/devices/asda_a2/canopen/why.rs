@@ -16,16 +16,17 @@ impl Why for AsdaA2 {
         }
         let state = servo.state();
         let enabled = state == State::OperationEnabled;
+        let mut tell_if = |holds: bool, reason: Reason<'_>| {
+            if holds {
+                tell(reason);
+            }
+        };
+        tell_if(!servo.inputs().main_circuit, Reason::new("MainCircuit", &"the main circuit has no supply"));
+        tell_if(servo.mode().is_none(), reasons::NO_MODE);
         let cure = to_enable(state, servo.level());
-        let state = format_args!("drive state '{state}': {cure}");
-        let reasons = [
-            (!servo.inputs().main_circuit, Reason::new("MainCircuit", &"the main circuit has no supply")),
-            (servo.mode().is_none(), reasons::NO_MODE),
-            (!enabled, Reason::new("NotEnabled", &state)),
-            (enabled && servo.controlword().has(Controlword::HALT), reasons::HALT),
-            (servo.inputs().blocked, Reason::new("Blocked", &"the shaft is blocked")),
-        ];
-        reasons.into_iter().filter(|(holds, _)| *holds).for_each(|(_, reason)| tell(reason));
+        tell_if(!enabled, Reason::new("NotEnabled", &format_args!("drive state '{state}': {cure}")));
+        tell_if(enabled && servo.controlword().has(Controlword::HALT), reasons::HALT);
+        tell_if(servo.inputs().blocked, Reason::new("Blocked", &"the shaft is blocked"));
     }
 }
 
