@@ -266,24 +266,11 @@ impl Drive {
     /// The target of the travel job or of inching 1 that is carried out or paused, in user units, whatever setpoint the
     /// bus gives meanwhile; `None` without one.
     pub(crate) const fn target(&self) -> Option<i32> {
-        match self.state {
-            State::TravelActive
-            | State::Pausing { .. }
-            | State::Paused { .. }
-            | State::Inching(Inching::One) => Some(self.setpoint),
-            State::Off
-            | State::NotReady
-            | State::ReadyToRun(_)
-            | State::OperationEnabled(_)
-            | State::Disabling
-            | State::Stopping
-            | State::Inching(Inching::Two(_) | Inching::Ending)
-            | State::VelocityTravelling
-            | State::KeyInching(_)
-            | State::KeyInchingEnding
-            | State::Fault
-            | State::TurnOnDisabled => None,
-        }
+        let has_one = matches!(
+            self.state,
+            State::TravelActive | State::Pausing { .. } | State::Paused { .. } | State::Inching(Inching::One)
+        );
+        if has_one { Some(self.setpoint) } else { None }
     }
 
     /// Whether another step with the same command, inputs and settings would change nothing.
