@@ -219,8 +219,8 @@ fn commands(product: &str, number: u8, kind: u8) -> Vec<(u16, Vec<u8>)> {
 fn turn_by_hand(device: &mut dyn CanopenDevice, now: Instant) {
     use profidrive::face::surroundings::Level;
 
-    if !device.is_drive() {
-        device.set_input(now, "shaft_rpm", Level::Number(60.0));
+    if !device.description().is_drive() {
+        device.act(now, &mut |description| description.set_input(now, "shaft_rpm", Level::Number(60.0)));
     }
 }
 
@@ -229,7 +229,7 @@ fn turn_by_hand(device: &mut dyn CanopenDevice, now: Instant) {
 fn position(device: &dyn CanopenDevice) -> Vec<u8> {
     use profidrive::can_bus::canopen::Address;
 
-    let at = Address::new(if device.is_drive() { 0x6064 } else { 0x6004 }, 0);
+    let at = Address::new(if device.description().is_drive() { 0x6064 } else { 0x6004 }, 0);
     device.node().read_with(at, device.application(), |octets| Ok(octets.to_vec())).unwrap()
 }
 

@@ -7,6 +7,7 @@ use crate::can_bus::canopen::{Address, Application, Node, NodeId, Refusal};
 use crate::devices::ag03::unit;
 use crate::devices::ag03::unit::{Outcome, Power, Unit};
 use crate::devices::{CanopenDevice, CanopenEvent, RecallError};
+use crate::face::Description;
 use crate::time::Instant;
 
 impl Ag03Node {
@@ -21,6 +22,14 @@ impl Ag03Node {
 }
 
 impl CanopenDevice for Ag03Node {
+    fn description(&self) -> &dyn Description {
+        self
+    }
+
+    fn act(&mut self, _: Instant, act: &mut dyn FnMut(&mut dyn Description)) {
+        act(self);
+    }
+
     fn node(&self) -> &Node {
         &self.node
     }

@@ -6,9 +6,18 @@ use crate::can_bus::canopen::storage::{Generation, ImageError, NotStored, StoreR
 use crate::can_bus::canopen::{Address, Application, Node, Refusal};
 use crate::devices::asda_a2::Alarm;
 use crate::devices::{CanopenDevice, CanopenEvent, RecallError};
+use crate::face::Description;
 use crate::time::Instant;
 
 impl CanopenDevice for AsdaA2 {
+    fn description(&self) -> &dyn Description {
+        self
+    }
+
+    fn act(&mut self, _: Instant, act: &mut dyn FnMut(&mut dyn Description)) {
+        act(self);
+    }
+
     fn node(&self) -> &Node {
         &self.node
     }
