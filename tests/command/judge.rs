@@ -11,6 +11,7 @@ use rustix::fs::OFlags;
 use serde_json::Value;
 use std::os::unix::fs::OpenOptionsExt;
 
+mod action;
 mod compared;
 mod masters;
 
