@@ -40,17 +40,21 @@ const BASELINE: u32 = 8;
 const FIRST_LIMIT: Duration = Duration::from_secs(15);
 /// How long it may take to come back.
 const LIMIT: Duration = Duration::from_secs(8);
-/// How long nothing is disturbed.
-const WATCH: Duration = Duration::from_secs(3);
+/// How long nothing is disturbed, and so many cycles at least.
+const WATCH: Duration = Duration::from_secs(2);
+const WATCH_CYCLES: u32 = 60;
+/// And so many cycles at least: a start-up, the next one if something was wrong with it, and good exchanges.
+const RETURN_CYCLES: u32 = 50;
 /// A master that says nothing for so long is gone.
 const SILENCE: Duration = Duration::from_secs(10);
 /// Octets without a telegram among them: another rate, or no master.
 const NOISE: usize = 8192;
 /// So many telegrams, and it is a master.
 const LEAST_TELEGRAMS: u64 = 2;
-/// The whole judgement, and that of one row.
-const TOTAL: Duration = Duration::from_secs(192);
-const ONE_ROW: Duration = Duration::from_secs(56);
+/// The whole judgement, and that of one row; and so many cycles of the master more.
+const TOTAL: Duration = Duration::from_secs(180);
+const ONE_ROW: Duration = Duration::from_secs(50);
+const MORE_CYCLES: u32 = 5000;
 /// What a master may be asked for that leads to CLEAR, or through it.
 const CLEARING: &[&str] = &["clear", "stop", "restart", "operate"];
 /// As many stations as row I06 asks for.
@@ -77,6 +81,8 @@ pub struct Judge {
     /// Exchanges with each station when the scenario began.
     before: BTreeMap<u8, Counts>,
     limit: Duration,
+    /// It is that limit whatever the cycle of the master is.
+    is_limited: bool,
     /// Somebody operates the master.
     operated: bool,
     /// What the master is to be asked for, to be fetched.
@@ -152,6 +158,7 @@ impl Judge {
             struck: 0,
             before: BTreeMap::new(),
             limit,
+            is_limited: false,
             operated: false,
             ask: None,
             asking: false,
@@ -173,6 +180,7 @@ impl Judge {
     #[must_use]
     pub const fn within(mut self, limit: Duration) -> Self {
         self.limit = limit;
+        self.is_limited = true;
         self
     }
 
@@ -280,7 +288,7 @@ impl Judge {
         }
         let heard = self.observer.last_heard();
         let begun = self.started.or(self.begun).unwrap_or(now);
-        if heard.is_some() && now.saturating_since(begun) >= self.limit {
+        if heard.is_some() && now.saturating_since(begun) >= self.limit() {
             return self.end(Ending::TimeOver);
         }
         match self.phase {
@@ -348,8 +356,7 @@ impl Judge {
         let late = self.scenarios.first().filter(|scenario| scenario.rows.contains(&Row::L09));
         match late {
             Some(scenario) => {
-                let lasts =
-                    scenario.steps.first().map_or(Duration::ZERO, |step| step.time(&self.observer.setup));
+                let lasts = scenario.steps.first().map_or(Duration::ZERO, |step| self.time(step));
                 self.next = 1;
                 self.tell(0);
                 self.phase = Phase::Playing { scenario: 0, step: 0, until: now + lasts };
@@ -410,12 +417,17 @@ impl Judge {
                 self.scenarios.iter().flat_map(|scenario| scenario.rows.iter().chain(&scenario.returns));
             of.any(|other| other == row)
         };
-        if self.wanted.iter().all(later) { Duration::ZERO } else { WATCH }
+        if self.wanted.iter().all(later) { Duration::ZERO } else { WATCH.max(self.cycle() * WATCH_CYCLES) }
     }
 
     /// The first time takes longer: the master begins.
     fn return_limit(&self, scenario: usize) -> Duration {
-        if scenario == 0 && self.next == 1 { FIRST_LIMIT } else { LIMIT }
+        if scenario == 0 && self.next == 1 { FIRST_LIMIT } else { self.later_limit() }
+    }
+
+    /// How long data exchange may take to come back.
+    fn later_limit(&self) -> Duration {
+        LIMIT.max(self.cycle() * RETURN_CYCLES)
     }
 
     fn come_back(
@@ -440,6 +452,7 @@ impl Judge {
             if first {
                 self.observer.watching = true;
                 self.remember();
+                self.measure();
                 self.phase = Phase::Watching { until: now + self.watch() };
             } else {
                 self.go_on(now, bus, faults);
@@ -460,7 +473,8 @@ impl Judge {
                 }
                 self.observer.begin_streaks();
                 let number = self.scenarios.iter().position(|other| other == scenario);
-                self.phase = Phase::Returning { scenario: number, until: now + LIMIT, revived: true };
+                self.phase =
+                    Phase::Returning { scenario: number, until: now + self.later_limit(), revived: true };
                 return;
             }
         }
@@ -499,7 +513,7 @@ impl Judge {
         if let (Some(wanted), Some(subject)) = (begun.act, played.subject(&self.observer.setup)) {
             act(wanted, &subject.clone(), bus, now);
         }
-        let (ask, until) = (begun.ask.clone(), now + begun.time(&self.observer.setup));
+        let (ask, until) = (begun.ask.clone(), now + self.time(begun));
         // A master passes through CLEAR on its way from STOP to OPERATE, too.
         let may_clear = ask.as_deref().is_some_and(|ask| CLEARING.contains(&ask));
         self.observer.want_clear(may_clear);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use profidrive::host::link::memory::Wire;
 use profidrive::host::{Stop, SystemClock};
-use profidrive::judge::{Judge, Report, Row, Verdict, live};
+use profidrive::judge::{Judge, Progress, Report, Row, Verdict, live};
 use profidrive::time::BaudRate;
 
 use crate::configured::setup;
@@ -15,7 +15,11 @@ use crate::test_master::{Settings, TestMaster, serve};
 use crate::virtual_time::rows;
 
 fn judged(mistake: Option<Mistake>, rows: &[Row]) -> Report {
-    let settings = Settings::new(&[5, 6, 9], Duration::from_millis(100));
+    judged_of(&[5, 6, 9], mistake, rows)
+}
+
+fn judged_of(stations: &[u8], mistake: Option<Mistake>, rows: &[Row]) -> Report {
+    let settings = Settings::new(stations, Duration::from_millis(100));
     let setup = setup(&settings, &[9]);
     let wire = Wire::new();
     let (mut master_end, judge_end) = (wire.end(), wire.end());
@@ -25,8 +29,16 @@ fn judged(mistake: Option<Mistake>, rows: &[Row]) -> Report {
     let thread = std::thread::spawn(move || serve(master, &mut master_end, &ends, |_, _| {}));
     let judge = Judge::new(setup, rows);
     let stop = Stop::new().unwrap();
-    let report =
-        live(judge, judge_end, &SystemClock::new(), BaudRate::K500, &stop, None, &mut |_| {}).unwrap();
+    let begin = std::time::Instant::now();
+    let mut tell = |progress: &Progress| {
+        let Progress { number, of, name, left } = progress;
+        println!(
+            "{:6.1} s: {number} of {of}, about {} s left: {name}",
+            begin.elapsed().as_secs_f64(),
+            left.as_secs()
+        );
+    };
+    let report = live(judge, judge_end, &SystemClock::new(), BaudRate::K500, &stop, None, &mut tell).unwrap();
     end.store(true, Ordering::Relaxed);
     thread.join().unwrap();
     report
@@ -47,6 +59,17 @@ fn a_correct_master_is_not_accused_in_real_time() {
         threads.into_iter().map(|thread| thread.join().unwrap()).sum()
     });
     assert!(passed > 10, "{passed}");
+}
+
+/// Every row of a master with a cycle of 2 ms, with `PROFIDRIVE_LONG`.
+#[test]
+fn every_row_takes_at_most_ninety_seconds() {
+    if std::env::var_os("PROFIDRIVE_LONG").is_none() {
+        return;
+    }
+    let report = judged_of(&[5, 6], None, Row::ALL);
+    not_accused(&report);
+    assert!(report.took < Duration::from_secs(90), "{:?}", report.took);
 }
 
 /// How many rows passed.

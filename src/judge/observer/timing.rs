@@ -355,10 +355,15 @@ impl Observer {
     }
 
     /// How long it usually is from one request to a station to the next: the median.
-    pub(in crate::judge) fn usual_interval(&self, station: Address) -> Option<Duration> {
-        let mut intervals = self.views.get(&station.number())?.intervals.clone();
-        intervals.sort_unstable();
-        intervals.get(intervals.len() / 2).copied()
+    fn usual_interval(&self, station: Address) -> Option<Duration> {
+        median(self.views.get(&station.number())?.intervals.clone())
+    }
+
+    /// The same of the newest so many requests that were kept.
+    pub(in crate::judge) fn newest_interval(&self, station: Address, count: u32) -> Option<Duration> {
+        let intervals = &self.views.get(&station.number())?.intervals;
+        let count = usize::try_from(count).unwrap_or(usize::MAX);
+        median(intervals.iter().rev().take(count).copied().collect())
     }
 
     pub(super) fn finish_timing(&mut self) {
@@ -473,4 +478,9 @@ impl Observer {
             self.held(Row::I04);
         }
     }
+}
+
+fn median(mut times: Vec<Duration>) -> Option<Duration> {
+    times.sort_unstable();
+    times.get(times.len() / 2).copied()
 }
