@@ -10,6 +10,7 @@
 //! | `outcome` | what a scenario has shown, and why a row is not judged |
 //! | `ending` | [`Progress`], [`Ending`] |
 //! | `record` | what was played how long, and how long the rest takes |
+//! | `soak` | scenarios repeated at random |
 
 use core::time::Duration;
 use std::collections::BTreeMap;
@@ -30,9 +31,11 @@ use crate::time::Instant;
 mod ending;
 mod outcome;
 mod record;
+mod soak;
 
 pub use ending::{Ending, Progress};
 use record::Record;
+use soak::Soak;
 
 /// Good exchanges in a row with each station: nothing is wrong.
 const BASELINE: u32 = 8;
@@ -83,6 +86,7 @@ pub struct Judge {
     limit: Duration,
     /// It is that limit whatever the cycle of the master is.
     is_limited: bool,
+    soak: Option<Soak>,
     /// Somebody operates the master.
     operated: bool,
     /// What the master is to be asked for, to be fetched.
@@ -134,15 +138,7 @@ impl Judge {
         scenarios.retain(|scenario| scenario.is_for(wanted));
         let limit = if wanted.len() == 1 { ONE_ROW } else { TOTAL };
         let mut observer = Observer::new(setup, sight);
-        scenarios.retain(|scenario| {
-            let obstacle = scenario.obstacle(&observer.setup);
-            if let Some(reason) = obstacle {
-                for row in &scenario.rows {
-                    observer.findings.obstacle(*row, reason);
-                }
-            }
-            obstacle.is_none()
-        });
+        let scenarios = playable(scenarios, &mut observer);
         Self {
             observer,
             wanted: wanted.to_vec(),
@@ -159,6 +155,7 @@ impl Judge {
             before: BTreeMap::new(),
             limit,
             is_limited: false,
+            soak: None,
             operated: false,
             ask: None,
             asking: false,
@@ -171,7 +168,7 @@ impl Judge {
     pub fn operated(mut self) -> Self {
         let mut scenarios = asking(&self.observer.setup);
         scenarios.retain(|scenario| scenario.rows.iter().any(|row| self.wanted.contains(row)));
-        self.scenarios.extend(scenarios);
+        self.scenarios.extend(playable(scenarios, &mut self.observer));
         self.operated = true;
         self
     }
@@ -316,10 +313,12 @@ impl Judge {
     pub fn report(mut self, origin: Instant) -> Report {
         self.end(Ending::TimeOver);
         let ending = self.ending.clone().unwrap_or(Ending::TimeOver);
-        let configuration = self.observer.setup.words();
+        let mut configuration = self.observer.setup.words();
+        configuration.extend(self.soak_words());
+        let figures = self.observer.figures.clone();
         self.end_record();
         let took = self.record.took(origin);
-        Report { configuration, took, ..Report::new(self.judgements(), ending, origin) }
+        Report { configuration, took, figures, ..Report::new(self.judgements(), ending, origin) }
     }
 
     fn judgements(mut self) -> Vec<Judgement> {
@@ -493,10 +492,15 @@ impl Judge {
     /// The next scenario, or the end.
     fn go_on(&mut self, now: Instant, bus: &mut Bus, faults: &mut Faults) {
         let scenario = self.next;
-        if scenario >= self.scenarios.len() {
-            return self.end(Ending::Done);
+        if scenario < self.scenarios.len() {
+            self.next += 1;
+            self.begin_scenario(now, scenario, bus, faults);
+        } else if !self.soak_on(now, bus, faults) {
+            self.end(Ending::Done);
         }
-        self.next += 1;
+    }
+
+    fn begin_scenario(&mut self, now: Instant, scenario: usize, bus: &mut Bus, faults: &mut Faults) {
         self.struck = 0;
         self.tell(scenario);
         self.remember();
@@ -589,4 +593,18 @@ impl Judge {
         let stations: Vec<Address> = self.observer.setup.present().map(|slave| slave.address).collect();
         self.before = stations.into_iter().map(|station| (station.number(), self.counts(station))).collect();
     }
+}
+
+/// The scenarios that can be played with this master. Why the others cannot is the reason of their rows.
+fn playable(mut scenarios: Vec<Scenario>, observer: &mut Observer) -> Vec<Scenario> {
+    scenarios.retain(|scenario| {
+        let obstacle = scenario.obstacle(&observer.setup);
+        if let Some(reason) = obstacle {
+            for row in &scenario.rows {
+                observer.findings.obstacle(*row, reason);
+            }
+        }
+        obstacle.is_none()
+    });
+    scenarios
 }

@@ -157,6 +157,9 @@ impl Scenario {
                 Which::Any | Which::Last | Which::At(_) => "needs a station that is present",
             });
         };
+        if let Some(reason) = setup.master_gsd.as_ref().and_then(|gsd| gsd.obstacle(self)) {
+            return Some(reason);
+        }
         let inputs = subject.lengths().is_none_or(|lengths| lengths.inputs > 0);
         self.needs.iter().find_map(|need| match need {
             Need::Slot if setup.slot.is_none() => Some("needs --slot: how long the master waits for a reply"),

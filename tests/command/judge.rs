@@ -13,6 +13,7 @@ use std::os::unix::fs::OpenOptionsExt;
 
 mod action;
 mod compared;
+mod configured;
 mod masters;
 
 fn command(arguments: &[&str]) -> Command {

@@ -65,11 +65,9 @@ fn a_slow_master_is_judged_completely() {
         simulated(&mut line, setup, Row::ALL)
     };
     let fast = of(2);
-    println!("{:?}", fast.took);
     let slow = of(80);
     assert_eq!((&slow.ending, broken(&slow)), (&Ending::Done, Vec::new()), "{slow}");
     assert_eq!(names(&slow, Verdict::NotJudged), names(&fast, Verdict::NotJudged), "{slow}");
-    println!("{:?}", slow.took);
 }
 
 /// 32 stations, and as many as there are addresses beside that of the master and 126.

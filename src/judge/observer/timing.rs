@@ -299,7 +299,9 @@ impl Observer {
             let least = rate.bit_times(self.longest_tsdr(rate).into()).max(syn);
             judge(self, Row::T06, least, "T_ID2 with max T_SDR");
         } else if self.open.as_ref().is_some_and(|open| !open.items.is_empty()) {
-            judge(self, Row::T05, syn, "T_ID1");
+            let bits = self.setup.master_gsd.as_ref().and_then(|gsd| gsd.idle_bits(rate));
+            let least = bits.map_or(syn, |bits| rate.bit_times(bits));
+            judge(self, Row::T05, least, "T_ID1");
         }
     }
 

@@ -61,7 +61,10 @@ impl Judge {
 
     /// How long the judgement may take.
     pub(super) fn limit(&self) -> Duration {
-        if self.is_limited { self.limit } else { self.limit + self.cycle() * MORE_CYCLES }
+        if self.is_limited {
+            return self.limit;
+        }
+        self.limit + self.cycle() * MORE_CYCLES + self.soak_time()
     }
 
     /// How long a step lasts with this master.
@@ -92,11 +95,16 @@ impl Judge {
     pub(super) fn tell(&mut self, scenario: usize) {
         self.end_record();
         self.record.playing = self.record.now.map(|now| (scenario, now));
-        let left = self.scenarios.iter().skip(scenario).map(|scenario| self.time_of(scenario)).sum();
+        let repeated = self.soak.as_ref().map_or(0, |soak| soak.repeated);
+        // What is repeated comes behind all of them.
+        let rest = self.scenarios.iter().skip(if repeated == 0 { scenario } else { self.scenarios.len() });
+        let soak = self.soak.as_ref().map_or(Duration::ZERO, |soak| soak.left(self.record.now));
+        let left = rest.map(|scenario| self.time_of(scenario)).sum::<Duration>() + soak;
         let name = self.scenarios.get(scenario).map(|played| played.name.clone());
         self.observer.findings.play(name);
         if let Some(played) = self.scenarios.get(scenario) {
-            let (number, of, name) = (scenario + 1, self.scenarios.len(), played.name.clone());
+            let (of, name) = (self.scenarios.len(), played.name.clone());
+            let number = if repeated == 0 { scenario + 1 } else { of + repeated };
             self.progress = Some(Progress { number, of, name, left });
         }
     }

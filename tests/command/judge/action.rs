@@ -128,7 +128,7 @@ fn the_steps_judge_a_master_and_sum_it_up() {
 }
 
 #[test]
-fn what_is_not_judged_fails_the_last_step() {
+fn the_last_step_ends_with_the_status_of_the_judgement() {
     let (status, summary, _job) = judged("M-K01,M-F02,M-K02");
     // It passes no token: of the group of the token nothing can be judged.
     assert_eq!(status, Some(0), "{summary}");
