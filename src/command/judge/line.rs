@@ -1,5 +1,6 @@
 //! The stations of a line file, as a master has them configured.
 
+use core::time::Duration;
 use std::path::Path;
 
 use super::describe;
@@ -18,6 +19,8 @@ use crate::time::{BaudRate, Instant};
 /// Who asks a device for its configuration, behind everybody's back.
 const ASKING: Address = Address::from_octet(0);
 const MASTER_SAP: u8 = 62;
+/// A device has started after so long.
+const STARTED: Duration = Duration::from_secs(10);
 /// A device answers before so many of its deadlines have passed.
 const DEADLINES: u32 = 100;
 
@@ -61,9 +64,12 @@ fn ask(prepared: Prepared, address: Address) -> Result<Option<(u16, Vec<u8>)>, S
     let ground = Ground { now, rate: BaudRate::K500, state: None, refusals: &refusals, board: &board };
     let mut device = prepared.make(&ground).map_err(|error| error.to_string())?;
     let fc = FunctionCode::request(Service::SrdHigh, FrameCount::First);
-    let (dsap, ssap) = (Sap::new(dp::Service::GetCfg as u8), Sap::new(MASTER_SAP));
+    let (dsap, ssap) = (dp::Service::GetCfg.sap(), Sap::new(MASTER_SAP));
     let format = DataTelegram::customary_format(dsap, ssap, &[]);
     let request = DataTelegram { format, da: address, sa: ASKING, dsap, ssap, fc, data: &[] };
+    device.set_baud(ground.rate);
+    now = now + STARTED;
+    device.handle_timeout(now, &mut |_| {});
     device.receive(now, &Telegram::Data(request), &mut |_| {});
     let mut buf = [0; MAX_TELEGRAM_LEN];
     for _ in 0..DEADLINES {
