@@ -36,7 +36,7 @@ fn a_correct_master_is_not_accused_in_a_soak_that_its_seed_repeats() {
     let once = simulated(&mut once, setup, Row::ALL);
     assert!(report.took >= once.took + LASTS && report.took < once.took + LASTS * 2, "{:?}", report.took);
     // What one judgement has the soak has more often.
-    assert!(report.figures.retries() > once.figures.retries() * 2, "{report}");
+    assert!(report.figures.retries() > once.figures.retries(), "{report}");
     assert!(report.figures.losses() > once.figures.losses(), "{report}");
     assert!(report.configuration.contains(&("soak", "20s".into())), "{:?}", report.configuration);
     assert!(report.configuration.contains(&("seed", "1".into())), "{:?}", report.configuration);
