@@ -109,7 +109,7 @@ impl Default for Figures {
 
 impl Figures {
     /// Times from one Data_Exchange to the next with the same station, where every station answered between them.
-    pub fn cycle(&self) -> Spread {
+    pub fn cycle_time(&self) -> Spread {
         self.whole().cycle
     }
 
@@ -212,8 +212,8 @@ mod tests {
         figures.lost(Instant::ZERO + Duration::from_secs(35_999));
         let parts: Vec<_> = figures.parts().collect();
         assert!((MOST_PARTS / 2..=MOST_PARTS).contains(&parts.len()), "{}", parts.len());
-        assert_eq!((figures.cycle().count(), figures.retries(), figures.losses()), (36_000, 36_000, 1));
-        assert_eq!((figures.cycle().shortest(), figures.cycle().longest()), (MS, MS * 3));
+        assert_eq!((figures.cycle_time().count(), figures.retries(), figures.losses()), (36_000, 36_000, 1));
+        assert_eq!((figures.cycle_time().shortest(), figures.cycle_time().longest()), (MS, MS * 3));
         assert_eq!(parts.last().map(|(_, part)| part.losses), Some(1));
         assert_eq!(parts.first().map(|(_, part)| part.cycle.shortest()), Some(MS));
     }

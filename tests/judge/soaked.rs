@@ -50,7 +50,7 @@ fn a_correct_master_is_not_accused_in_a_soak_that_its_seed_repeats() {
 fn the_cycle_and_its_spread_are_measured() {
     let report = soak(&rows(&["M-F*"]), 1);
     let figures = &report.figures;
-    let cycle = figures.cycle();
+    let cycle = figures.cycle_time();
     assert!(report.took >= LASTS, "{:?}", report.took);
     assert!((2000..4000).contains(&cycle.mean().as_micros()), "{report}");
     assert!(cycle.count() > 2 * 5_000, "{report}");
@@ -58,15 +58,18 @@ fn the_cycle_and_its_spread_are_measured() {
     assert_eq!((figures.retries(), figures.losses()), (0, 0), "{report}");
     let (mut pausing, setup) = line(Some(Mistake::Pauses));
     let pausing = soaked(&mut pausing, setup, &rows(&["M-F*"]), LASTS, 1);
-    let (longest, watchdog) = (pausing.figures.cycle().longest(), Duration::from_secs(1));
-    assert!(longest > watchdog && pausing.figures.cycle().deviation() > cycle.deviation() * 5, "{pausing}");
+    let (longest, watchdog) = (pausing.figures.cycle_time().longest(), Duration::from_secs(1));
+    assert!(
+        longest > watchdog && pausing.figures.cycle_time().deviation() > cycle.deviation() * 5,
+        "{pausing}"
+    );
 }
 
 #[test]
 fn every_report_has_the_figures_and_the_page_a_plot() {
     let report = soak(&rows(&["M-C03", "M-L01"]), 3);
     let (cycle, retries, losses) =
-        (report.figures.cycle(), report.figures.retries(), report.figures.losses());
+        (report.figures.cycle_time(), report.figures.retries(), report.figures.losses());
     let millis = |time: Duration| format!("{:.3}", time.as_secs_f64() * 1000.0);
     let mean = millis(cycle.mean());
     let figures = format!(

@@ -34,18 +34,18 @@ impl fmt::Display for Spread {
 impl Report {
     /// The traffic in figures, if a cycle was measured.
     fn traffic(&self) -> Option<&Figures> {
-        Some(&self.figures).filter(|figures| figures.cycle().count() > 0)
+        Some(&self.figures).filter(|figures| figures.cycle_time().count() > 0)
     }
 
     pub(super) fn write_figures_line(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Some(figures) = self.traffic() else { return Ok(()) };
         let (retries, losses) = (figures.retries(), figures.losses());
-        writeln!(f, "cycle {}, {retries} retries, {losses} stations lost", figures.cycle())
+        writeln!(f, "cycle {}, {retries} retries, {losses} stations lost", figures.cycle_time())
     }
 
     pub(super) fn write_figures_json(&self, text: &mut String) {
         let Some(figures) = self.traffic() else { return };
-        let cycle = figures.cycle();
+        let cycle = figures.cycle_time();
         let [mean, least, most, deviation] =
             [cycle.mean(), cycle.shortest(), cycle.longest(), cycle.deviation()].map(millis);
         let _ = writeln!(
@@ -67,8 +67,8 @@ impl Report {
              <tr><th scope=\"row\">cycles</th><td>{}</td></tr>\n\
              <tr><th scope=\"row\">retries</th><td>{}</td></tr>\n\
              <tr><th scope=\"row\">stations lost</th><td>{}</td></tr>\n</tbody>\n</table>\n",
-            figures.cycle(),
-            figures.cycle().count(),
+            figures.cycle_time(),
+            figures.cycle_time().count(),
             figures.retries(),
             figures.losses()
         );
@@ -91,7 +91,7 @@ impl Scale {
         let length = figures.part_length().as_secs_f64();
         let seconds = figures.parts().last().map_or(length, |(at, _)| at.as_secs_f64() + length);
         let most = figures.parts().map(|(_, part)| part.retries.max(part.losses)).max().unwrap_or_default();
-        let longest = millis(figures.cycle().longest()).max(0.001);
+        let longest = millis(figures.cycle_time().longest()).max(0.001);
         Self { seconds, millis: longest, count: number(most.max(1)) }
     }
 
