@@ -1,7 +1,5 @@
 //! A CANopen device on a bus, and the file its EEPROM is kept in.
 
-use core::any::Any;
-
 use super::CanParticipant;
 use super::node_counters::NodeCounters;
 use super::product::Product;
@@ -109,12 +107,6 @@ impl StoredNode {
     /// How often the fault of that number was injected.
     pub(crate) fn injected(&self, number: u32) -> u32 {
         self.spoiler.as_ref().map_or(0, |spoiler| spoiler.injected(number))
-    }
-
-    /// The device, if it is a `D`.
-    pub fn device<D: CanopenDevice>(&self) -> Option<&D> {
-        let device: &dyn Any = &*self.stored.unit().device;
-        device.downcast_ref()
     }
 
     /// What keeps its drive from moving now; `None`: it has no drive.
