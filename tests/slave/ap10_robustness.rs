@@ -4,7 +4,7 @@ use profidrive::can_bus::can::{Frame, Id};
 use profidrive::devices::ap10::{Fault, Key};
 use proptest::prelude::*;
 
-use crate::ap10_device::Rig;
+use crate::ap10_node::Rig;
 
 #[derive(Clone, Debug)]
 enum Step {

@@ -5,7 +5,7 @@ use profidrive::can_bus::cia402::{Mode, State};
 use profidrive::devices::asda_a2::canopen::{AsdaA2, Quirks};
 use profidrive::devices::asda_a2::{Alarm, Config, Inputs, Level};
 
-use crate::asda::{NODE, Rig, millis};
+use crate::asda_a2_node::{NODE, Rig, millis};
 
 #[test]
 fn ds_01_full_can_open_goes_state_by_state() {
