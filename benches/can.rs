@@ -10,6 +10,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use profidrive::can_bus::can::slcan::{Adapter, FrameLine, parse_frame};
 use profidrive::can_bus::can::{Frame, Id, timing};
 use profidrive::can_bus::canopen::NodeId;
+use profidrive::devices::CanopenDevice;
 use profidrive::devices::ag03::canopen::{Ag03Node, Config};
 use profidrive::time::Instant;
 
@@ -119,7 +120,7 @@ fn nodes(criterion: &mut Criterion) {
 #[cfg(feature = "std")]
 struct Listed {
     now: Instant,
-    device: Box<dyn profidrive::devices::CanopenDevice>,
+    device: Box<dyn CanopenDevice>,
 }
 
 #[cfg(feature = "std")]
@@ -215,20 +216,20 @@ fn commands(product: &str, number: u8, kind: u8) -> Vec<(u16, Vec<u8>)> {
 
 /// The shaft of what has no drive.
 #[cfg(feature = "std")]
-fn turn_by_hand(device: &mut dyn profidrive::devices::CanopenDevice, now: Instant) {
+fn turn_by_hand(device: &mut dyn CanopenDevice, now: Instant) {
     use profidrive::face::surroundings::Level;
 
-    if !device.is_drive() {
-        device.set_input(now, "shaft_rpm", Level::Number(60.0));
+    if !device.description().is_drive() {
+        device.act(now, &mut |description| description.set_input(now, "shaft_rpm", Level::Number(60.0)));
     }
 }
 
 /// 6064h or 6004h.
 #[cfg(feature = "std")]
-fn position(device: &dyn profidrive::devices::CanopenDevice) -> Vec<u8> {
+fn position(device: &dyn CanopenDevice) -> Vec<u8> {
     use profidrive::can_bus::canopen::Address;
 
-    let at = Address::new(if device.is_drive() { 0x6064 } else { 0x6004 }, 0);
+    let at = Address::new(if device.description().is_drive() { 0x6064 } else { 0x6004 }, 0);
     device.node().read_with(at, device.application(), |octets| Ok(octets.to_vec())).unwrap()
 }
 

@@ -12,9 +12,10 @@ use std::fs;
 use std::io::Write as _;
 
 use profidrive::can_bus::can::{BitRate, ErrorState, Frame};
-use profidrive::can_bus::canopen::{Event, eds};
+use profidrive::can_bus::canopen::eds;
 use profidrive::devices::asda_a2::Config;
 use profidrive::devices::asda_a2::canopen::{AsdaA2, Quirks, SHEET};
+use profidrive::devices::{CanopenDevice, CanopenEvent};
 use profidrive::host::can::{CanParticipant, Line};
 use profidrive::host::{Reach, Stop};
 use profidrive::time::Instant;
@@ -25,7 +26,7 @@ struct Station {
 }
 
 impl CanParticipant for Station {
-    type Event = Event;
+    type Event = CanopenEvent;
 
     fn handle_frame(&mut self, now: Instant, frame: &Frame) {
         self.drive.handle_frame(now, frame);
@@ -43,11 +44,11 @@ impl CanParticipant for Station {
         eprintln!("{state}");
     }
 
-    fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
-        self.drive.poll_transmit()
+    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
+        self.drive.poll_transmit(now)
     }
 
-    fn poll_event(&mut self) -> Option<Event> {
+    fn poll_event(&mut self) -> Option<CanopenEvent> {
         self.drive.poll_event()
     }
 
@@ -65,7 +66,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         eds::write(&SHEET, AsdaA2::objects(config.level), &mut text)?;
         fs::write(path, text)?;
     }
-    let mut line: Line<Event> = Line::open(&link.parse()?, BitRate::K500, Reach::ThisMachine)?;
+    let mut line: Line<CanopenEvent> = Line::open(&link.parse()?, BitRate::K500, Reach::ThisMachine)?;
     let drive = AsdaA2::new(config, Quirks::default(), Instant::ZERO);
     line.add(Box::new(Station { drive, is_on: false }));
     println!("ready link={}", line.name());

@@ -1,20 +1,16 @@
-//! A CANopen device of your own: eight digital inputs and eight digital outputs after CiA 401.
+//! A CANopen device of your own: eight digital inputs and eight digital outputs after CiA 401; docs/new-device.md goes
+//! through it part by part.
 //!
 //! ```text
 //! cargo run --example cia401_io -- eds > io.eds
 //! cargo run --example cia401_io -- slcan-tcp:127.0.0.1:5000
 //! python3 -c 'import can; b = can.Bus("socket://127.0.0.1:5000", interface="slcan"); print(b.recv(2))'
 //! ```
-//!
-//! docs/new-device.md goes through it part by part.
 
 use core::error::Error;
-use std::env;
-use std::io::Write;
 
 use profidrive::can_bus::can::BitRate;
 use profidrive::can_bus::canopen::eds;
-use profidrive::can_bus::canopen::eds::Sheet;
 use profidrive::can_bus::canopen::storage::Eeprom;
 use profidrive::can_bus::canopen::value::DataType::{U8, U16, U32};
 use profidrive::can_bus::canopen::{
@@ -22,6 +18,7 @@ use profidrive::can_bus::canopen::{
     Written,
 };
 use profidrive::devices::{CanopenEvent, PlainNode};
+use profidrive::face::description::{self, Amount, Description, Group};
 use profidrive::face::surroundings::{Face, Input, InputKind, Level, Surroundings};
 use profidrive::host::can::{Line, StoredNode};
 use profidrive::host::{Reach, Stop};
@@ -82,12 +79,12 @@ const fn mapped(at: Address) -> Entry {
 }
 
 /// What the data sheet says besides the objects.
-pub(crate) const SHEET: Sheet<'_> = Sheet {
+pub(crate) const SHEET: eds::Sheet<'_> = eds::Sheet {
     file_name: "io.eds",
     vendor_number: VENDOR,
     product_name: "IO 8/8",
     product_number: PRODUCT,
-    ..Sheet::PLAIN
+    ..eds::Sheet::PLAIN
 };
 
 /// The device behind the node.
@@ -178,9 +175,15 @@ impl Surroundings for Io {
     }
 }
 
+impl Description for Io {
+    fn each_value(&self, tell: &mut dyn FnMut(description::Value<'_>)) {
+        tell(description::Value::new("lit", "outputs on", Group::Measured, Amount::Flag(self.outputs != 0)));
+    }
+}
+
 #[allow(dead_code, reason = "a test includes this file")]
 fn main() -> Result<(), Box<dyn Error>> {
-    let link = env::args().nth(1).unwrap_or_else(|| "slcan-pty".into());
+    let link = std::env::args().nth(1).unwrap_or_else(|| "slcan-pty".into());
     if link == "eds" {
         let mut text = String::new();
         eds::write(&SHEET, OBJECTS, &mut text)?;
@@ -191,7 +194,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     let device = Io::new(NodeId::new(5)?).on_node();
     line.add(Box::new(StoredNode::new(Box::new(device), Instant::ZERO)));
     println!("ready link={}", line.name());
-    std::io::stdout().flush()?;
     line.run(&Stop::new()?, &mut |news| eprintln!("{news:?}"))?;
     Ok(())
 }

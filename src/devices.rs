@@ -20,7 +20,7 @@ mod drive_state;
 mod node;
 mod plain_node;
 pub mod ppo_drive;
-mod reasons;
+pub(crate) mod reasons;
 mod station_event;
 pub mod vocabulary;
 

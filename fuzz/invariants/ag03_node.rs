@@ -14,6 +14,7 @@ use std::time::Duration;
 
 use profidrive::can_bus::can::{ErrorState, Frame, Id};
 use profidrive::can_bus::canopen::{NmtState, NodeId};
+use profidrive::devices::CanopenDevice;
 use profidrive::devices::ag03::canopen::state::State;
 use profidrive::devices::ag03::canopen::{Ag03Node, Config};
 use profidrive::devices::ag03::drive::{Inputs, Motor};
@@ -79,7 +80,7 @@ impl Rig {
                     2 => ErrorState::Passive,
                     _ => ErrorState::BusOff,
                 };
-                self.node.set_error_state(self.now, state);
+                self.node.handle_error_state(self.now, ErrorState::Active, state);
                 self.drain();
             }
             0x80..=0x8F => {

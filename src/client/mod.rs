@@ -21,7 +21,7 @@ pub use drive::{
     Ag03Channel, DriveClient, Findings, Goal, GoalError, GoalOutcome, Limits, Obstacle, Obstacles, Why,
     ZswPattern,
 };
-pub use node::{NodeClient, NodeGoal, NodeHindrance, NodeLimits, NodeOutcome, NodeSigns, NodeTrouble};
+pub use node::{NodeClient, NodeGoal, NodeLimits, NodeOutcome, NodeSigns, NodeTrouble};
 pub use pkw::{
     ArrayJobs, ErrorCode, Images, Job, Limit, Memory, NotSubmitted, Outcome, PkwClient, PkwError, Profile,
     Reply, Stage, SubindexPlace, WriteReply,

@@ -40,7 +40,7 @@ use heapless::Deque;
 use course::{Act, CONTROLWORD, Or};
 pub use outcome::{MOST_OCTETS, NodeGoal, NodeLimits, NodeOutcome, NodeTrouble};
 use pursuit::Before;
-pub use why::{NodeHindrance, NodeSigns};
+pub use why::NodeSigns;
 
 use super::course::Course;
 

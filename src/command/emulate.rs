@@ -4,7 +4,6 @@ use core::sync::atomic::Ordering;
 use core::time::Duration;
 use std::path::Path;
 
-use crate::devices::ag03::profibus::Timing;
 use crate::host::fault::{BusKind, Rule, Switch, While};
 use crate::host::link::fault::{Faults, Faulty};
 use crate::host::link::pty::Pty;
@@ -16,7 +15,7 @@ use crate::host::{
     run,
 };
 use crate::panel::{BusAccess, Panel, PanelError};
-use crate::profibus::fdl::{Address, RateChange};
+use crate::profibus::fdl::{Address, RateChange, Timing};
 use crate::time::{BaudRate, Instant};
 use tracing::{debug, info, warn};
 

@@ -94,9 +94,13 @@ pub enum RecallError {
 /// A device on CANopen: frames and time in, frames, events, images and a deadline out.
 ///
 /// After every call but the polls, `poll_transmit`, `poll_event`, `poll_image` and `poll_timeout` may have another answer.
-/// What surrounds it and what it tells of itself are its [`Description`]. A host that knows which device it has reaches the rest
-/// of it by `dyn Any`.
-pub trait CanopenDevice: Description + Any + Send {
+pub trait CanopenDevice: Any + Send {
+    /// What it tells of itself, and what surrounds it.
+    fn description(&self) -> &dyn Description;
+
+    /// Does something to that. Counts as a `handle_*` call.
+    fn act(&mut self, now: Instant, act: &mut dyn FnMut(&mut dyn Description));
+
     /// Its node on the bus, to look at.
     fn node(&self) -> &Node;
 

@@ -1,13 +1,10 @@
 //! A device on CANopen that has no clock of its own: an application behind a node.
 
-use core::fmt;
-
 use super::{CanopenDevice, CanopenEvent, RecallError};
 use crate::can_bus::can::Frame;
 use crate::can_bus::canopen::storage::{Eeprom, Generation, ImageError, NotStored, StoreRequest};
 use crate::can_bus::canopen::{Address, Application, Node, Policy, Refusal};
-use crate::face::surroundings::{Declined, Face, Input, Level, Provocable, Surroundings};
-use crate::face::{Description, DriveState, Why};
+use crate::face::Description;
 use crate::time::Instant;
 
 /// A [`CanopenDevice`] of an application that changes only when the bus or its surroundings act on it: inputs and
@@ -18,21 +15,24 @@ pub struct PlainNode<A> {
     application: A,
 }
 
-impl<A: Application + Surroundings> PlainNode<A> {
+impl<A> PlainNode<A> {
     /// The device, switched off.
     pub fn new(policy: Policy, memory: Eeprom, application: A) -> Self {
         Self { node: Node::new(policy).with_memory(memory), application }
     }
-
-    /// Does something to what is behind the node; what changes is sent as the mappings say.
-    fn act<R>(&mut self, now: Instant, act: impl FnOnce(&mut A) -> R) -> R {
-        let result = act(&mut self.application);
-        self.node.handle_change(now, &mut self.application);
-        result
-    }
 }
 
-impl<A: Application + Surroundings + Send + 'static> CanopenDevice for PlainNode<A> {
+impl<A: Application + Description + Send> CanopenDevice for PlainNode<A> {
+    fn description(&self) -> &dyn Description {
+        &self.application
+    }
+
+    /// What changes is sent as the mappings say.
+    fn act(&mut self, now: Instant, act: &mut dyn FnMut(&mut dyn Description)) {
+        act(&mut self.application);
+        self.node.handle_change(now, &mut self.application);
+    }
+
     fn node(&self) -> &Node {
         &self.node
     }
@@ -83,73 +83,5 @@ impl<A: Application + Surroundings + Send + 'static> CanopenDevice for PlainNode
 
     fn handle_stored(&mut self, now: Instant, generation: Generation, outcome: Result<(), NotStored>) {
         self.node.handle_stored(now, generation, outcome, &mut self.application);
-    }
-}
-
-impl<A: Application + Surroundings + 'static> Description for PlainNode<A> {}
-
-impl<A: Application + Surroundings> Surroundings for PlainNode<A> {
-    fn each_fault(&self, tell: &mut dyn FnMut(Provocable<'_>)) {
-        self.application.each_fault(tell);
-    }
-
-    fn provoke(&mut self, now: Instant, fault: &str) -> Result<(), Declined> {
-        self.act(now, |application| application.provoke(now, fault))
-    }
-
-    fn take_back(&mut self, now: Instant, fault: &str) -> Result<(), Declined> {
-        self.act(now, |application| application.take_back(now, fault))
-    }
-
-    fn each_input(&self, tell: &mut dyn FnMut(&Input, Level)) {
-        self.application.each_input(tell);
-    }
-
-    fn set_input(&mut self, now: Instant, name: &str, level: Level) {
-        self.act(now, |application| application.set_input(now, name, level));
-    }
-
-    fn nominal(&self, name: &str) -> Option<Level> {
-        self.application.nominal(name)
-    }
-
-    fn make_nominal(&mut self, now: Instant) {
-        self.act(now, |application| application.make_nominal(now));
-    }
-
-    fn each_lack(&self, name: &str, say: &mut dyn FnMut(&dyn fmt::Display)) {
-        self.application.each_lack(name, say);
-    }
-
-    fn each_key(&self, tell: &mut dyn FnMut(&'static str, bool)) {
-        self.application.each_key(tell);
-    }
-
-    fn press(&mut self, now: Instant, key: &str, down: bool) -> Result<(), Declined> {
-        self.act(now, |application| application.press(now, key, down))
-    }
-
-    fn face(&self, now: Instant) -> Face {
-        self.application.face(now)
-    }
-
-    fn words(&self) -> &'static [Address] {
-        self.application.words()
-    }
-
-    fn mode(&self) -> i64 {
-        self.application.mode()
-    }
-
-    fn is_drive(&self) -> bool {
-        self.application.is_drive()
-    }
-
-    fn drive_state(&self) -> Option<DriveState> {
-        self.application.drive_state()
-    }
-
-    fn why(&self) -> Option<&dyn Why> {
-        self.application.why()
     }
 }

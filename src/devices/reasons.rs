@@ -11,11 +11,11 @@ pub(super) const SWITCHED_OFF: Reason<'static> =
     Reason::new("SwitchedOff", &"the drive is switched off: switch its supply on");
 
 /// 6060h is 0.
-pub(super) const NO_MODE: Reason<'static> =
+pub(crate) const NO_MODE: Reason<'static> =
     Reason::new("NoMode", &"no mode of operation is chosen: write 6060h");
 
 /// Bit 8 of the controlword.
-pub(super) const HALT: Reason<'static> = Reason::new("Halt", &"bit 8 of 6040h is 1: halt");
+pub(crate) const HALT: Reason<'static> = Reason::new("Halt", &"bit 8 of 6040h is 1: halt");
 
 /// Tells what of the slave in front of a drive keeps control words from it. `cfg_advice` is what to do about a refused
 /// Chk_Cfg.
@@ -57,7 +57,7 @@ pub(super) fn of_slave(
 }
 
 /// Tells in which NMT state a node does not carry out PDOs.
-pub(super) fn of_node(state: NmtState, tell: &mut dyn FnMut(Reason<'_>)) {
+pub(crate) fn of_node(state: NmtState, tell: &mut dyn FnMut(Reason<'_>)) {
     match state {
         NmtState::Operational => {}
         NmtState::PreOperational | NmtState::Stopped => {

@@ -6,10 +6,11 @@ use core::time::Duration;
 use std::path::PathBuf;
 
 use super::{Appearance, Error, GsdStation, Participant};
-use crate::devices::ag03::profibus::{MAX_TELEGRAM_LEN, Timing};
 use crate::face::{Description, Why};
 use crate::profibus::fdl::baud_search::CONTROL_TIME;
-use crate::profibus::fdl::{Address, BaudSearch, Framer, LineCounters, RateChange, StationCounters};
+use crate::profibus::fdl::{
+    Address, BaudSearch, Framer, LineCounters, MAX_TELEGRAM_LEN, RateChange, StationCounters, Timing,
+};
 use crate::time::{BaudRate, Instant};
 
 mod deadlines;

@@ -15,8 +15,6 @@ use crate::gsd::{Gsd, Placed, RaiseError, Raised, Station};
 use crate::image::Generation;
 use crate::process::{Image, Point, Process, Slot, ValueError};
 use crate::profibus::dp;
-use crate::profibus::dp::application::Application as _;
-use crate::profibus::dp::{CfgFault, PrmFault, Reason};
 use crate::profibus::fdl::MAX_TELEGRAM_LEN;
 use crate::profibus::fdl::{Address, Rates, Telegram};
 use crate::time::{BaudRate, Instant};
@@ -316,15 +314,8 @@ impl GsdStation {
 
     /// What an event of the slave means for the image and the log.
     fn learn(&mut self, event: &dp::Event) {
+        self.refusals.learn(self.station.address(), event, self.station.slave().application());
         match event {
-            dp::Event::PrmRejected { fault: PrmFault::UserPrm(refusal), .. }
-            | dp::Event::CfgRejected { fault: CfgFault::Refused(refusal), .. } => {
-                self.outputs_are = OutputsAre::Unowned;
-                if let Reason::Numbered(number) = refusal.reason {
-                    let words = Words(self.slave().application(), number).to_string();
-                    self.refusals.keep(self.station.address(), number, words);
-                }
-            }
             dp::Event::PrmRejected { .. }
             | dp::Event::CfgRejected { .. }
             | dp::Event::Parameterised { .. }
@@ -369,15 +360,6 @@ impl Images for GsdStation {
         if let Some(image) = &mut self.image {
             let _nobody_waits = image.report(generation, stored);
         }
-    }
-}
-
-/// The words of a refusal.
-struct Words<'a>(&'a Station, u16);
-
-impl core::fmt::Display for Words<'_> {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        self.0.words(self.1, f)
     }
 }
 

@@ -12,7 +12,7 @@ use crate::gsd::Station;
 use crate::image::Generation;
 use crate::image::storage::Outcome;
 use crate::profibus::dp;
-use crate::profibus::dp::{Application, CfgFault, Fixed, PrmFault, Reason, Refusal};
+use crate::profibus::dp::{Application, Fixed, Refusal};
 use crate::profibus::fdl::MAX_TELEGRAM_LEN;
 use crate::profibus::fdl::{Address, Rates, Telegram};
 use crate::profibus::ppo::PpoType;
@@ -125,15 +125,6 @@ fn kept(drive: &PpoDrive<PpoOnly<PpoJudge>>) -> Kept {
     }
 }
 
-/// The words of a refusal.
-struct Words<'a, A>(&'a A, u16);
-
-impl<A: Application> fmt::Display for Words<'_, A> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.words(self.1, f)
-    }
-}
-
 impl Participant for HostedPpoDrive {
     fn address(&self) -> Address {
         self.drive.address()
@@ -151,19 +142,14 @@ impl Participant for HostedPpoDrive {
         let mut refused = None;
         let Self { drive, address_set, .. } = self;
         drive.handle_telegram(now, telegram, &mut |event| {
-            *address_set |= matches!(&event, StationEvent::Dp(dp::Event::AddressSet { .. }));
-            if let StationEvent::Dp(
-                dp::Event::PrmRejected { fault: PrmFault::UserPrm(refusal), .. }
-                | dp::Event::CfgRejected { fault: CfgFault::Refused(refusal), .. },
-            ) = &event
-            {
-                refused = Some(refusal.reason);
+            if let StationEvent::Dp(event) = &event {
+                *address_set |= matches!(event, dp::Event::AddressSet { .. });
+                refused = event.refused_number().map(|_| *event).or(refused);
             }
             news(event);
         });
-        if let Some(Reason::Numbered(number)) = refused {
-            let words = Words(self.drive.slave().application(), number).to_string();
-            self.refusals.keep(self.drive.address(), number, words);
+        if let Some(event) = refused {
+            self.refusals.learn(self.drive.address(), &event, self.drive.slave().application());
         }
     }
 

@@ -3,13 +3,14 @@
 //! An event is copied without an allocator and can carry a number only. The words wait here, so that they are told once,
 //! beside the event, and also when the station has gone in the meantime.
 
+use core::fmt;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::BusEvent;
 use crate::devices::StationEvent;
 use crate::profibus::dp;
-use crate::profibus::dp::{CfgFault, PrmFault, Reason};
+use crate::profibus::dp::Application;
 use crate::profibus::fdl::Address;
 
 /// Words kept: an event is told soon after it came.
@@ -28,26 +29,32 @@ struct Kept {
 }
 
 impl Refusals {
-    /// Keeps the words of a refusal until so many have followed.
-    pub(crate) fn keep(&self, address: Address, number: u16, words: String) {
+    /// Keeps the words of what the application of a station refuses with an event, until so many have followed.
+    pub(super) fn learn(&self, address: Address, event: &dp::Event, application: &impl Application) {
+        let Some(number) = event.refused_number() else { return };
+        let words = Words(application, number).to_string().into();
         let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if kept.len() >= KEPT {
             kept.pop_front();
         }
-        kept.push_back(Kept { address, number, words: words.into() });
+        kept.push_back(Kept { address, number, words });
     }
 
     /// The words that belong behind an event; `None` if it says everything itself.
     pub fn words(&self, event: &BusEvent) -> Option<Arc<str>> {
         let BusEvent::Station { address, event: StationEvent::Dp(event) } = event else { return None };
-        let (dp::Event::PrmRejected { fault: PrmFault::UserPrm(refusal), .. }
-        | dp::Event::CfgRejected { fault: CfgFault::Refused(refusal), .. }) = event
-        else {
-            return None;
-        };
-        let Reason::Numbered(number) = refusal.reason else { return None };
+        let number = event.refused_number()?;
         let kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let ours = |kept: &&Kept| (kept.address, kept.number) == (*address, number);
         kept.iter().rev().find(ours).map(|kept| Arc::clone(&kept.words))
+    }
+}
+
+/// The words of a refusal.
+struct Words<'a, A>(&'a A, u16);
+
+impl<A: Application> fmt::Display for Words<'_, A> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.words(self.1, f)
     }
 }

@@ -100,7 +100,7 @@ impl Line {
                 twin: 0,
                 kind: "node",
                 model: product.name.into(),
-                drive: device.drive_state(),
+                drive: device.description().drive_state(),
                 of: Of::Can {
                     seat: *seat,
                     nmt: device.node().state(),

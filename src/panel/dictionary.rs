@@ -14,13 +14,13 @@ pub(super) fn words<'a>(
     vocabulary: &'a Vocabulary,
     device: &'a dyn CanopenDevice,
 ) -> impl Iterator<Item = WordState> + 'a {
-    device.words().iter().copied().filter_map(move |at| word(vocabulary, device, at))
+    device.description().words().iter().copied().filter_map(move |at| word(vocabulary, device, at))
 }
 
 fn word(vocabulary: &Vocabulary, device: &dyn CanopenDevice, at: Address) -> Option<WordState> {
     let value = u16::try_from(whole(device, at)?).ok()?;
     let object = dictionary::object(device.application().objects(), at.index)?;
-    let names = (vocabulary.bits)(at, device.mode());
+    let names = (vocabulary.bits)(at, device.description().mode());
     let bit = |bit: u8| {
         let name = names.and_then(|names| names.get(usize::from(bit)).copied()).unwrap_or_default();
         let set = value >> bit & 1 == 1;

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use profidrive::can_bus::can::{Frame, Id};
 use profidrive::can_bus::canopen::NodeId;
+use profidrive::devices::CanopenDevice;
 use profidrive::devices::CanopenEvent;
 use profidrive::devices::ag03::canopen::{Ag03Node, Config};
 use profidrive::devices::ag03::drive::Inputs;

@@ -11,6 +11,8 @@ use cia401_io::{Io, OBJECTS, SHEET};
 use profidrive::can_bus::can::{BitRate, Frame, Id};
 use profidrive::can_bus::canopen::{NodeId, check, eds};
 use profidrive::devices::CanopenEvent;
+use profidrive::face::Description;
+use profidrive::face::description::Amount;
 use profidrive::face::surroundings::Level;
 use profidrive::host::can::{Bus, Seat, StoredNode};
 use profidrive::time::Instant;
@@ -59,15 +61,21 @@ impl Rig {
 
     fn wire(&mut self, inputs: f64) -> Vec<String> {
         let change = |node: &mut StoredNode, now| {
-            node.act(now, |device, now| device.set_input(now, "inputs", Level::Number(inputs)));
+            node.act(now, |device, now| {
+                device.act(now, &mut |io| io.set_input(now, "inputs", Level::Number(inputs)));
+            });
         };
         self.bus.with(self.now, self.device, change).unwrap();
         self.heard()
     }
 
     fn outputs(&mut self) -> String {
-        let look = |node: &mut StoredNode, now| node.act(now, |device, now| device.face(now).to_string());
-        self.bus.with(self.now, self.device, look).unwrap()
+        self.io().face(self.now).to_string()
+    }
+
+    /// What it tells of itself.
+    fn io(&self) -> &dyn Description {
+        self.bus.participant::<StoredNode>(self.device).unwrap().as_device().description()
     }
 }
 
@@ -83,6 +91,9 @@ fn inputs_go_out_by_tpdo_and_outputs_come_by_rpdo() {
     assert_eq!(rig.wire(1e9), ["185#FF"], "a number beyond the inputs counts as the nearest");
     assert_eq!(rig.send(0x205, &[0xA5]), [""; 0]);
     assert_eq!(rig.outputs(), "[10100101]");
+    let mut values = Vec::new();
+    rig.io().each_value(&mut |value| values.push((value.key, matches!(value.amount, Amount::Flag(true)))));
+    assert_eq!(values, [("lit", true)]);
     assert_eq!(rig.send(0x605, &[0x40, 0, 0x62, 1, 0, 0, 0, 0]), ["585#4F006201A5000000"]);
 }
 

@@ -1,6 +1,7 @@
 //! What a person sees and presses at an AP10 (`canopen-ap10.md` 9 and 10).
 
 use profidrive::can_bus::canopen::NodeId;
+use profidrive::devices::CanopenDevice;
 use profidrive::devices::ap10;
 use profidrive::devices::ap10::canopen::Quirks;
 use profidrive::devices::ap10::{Arrow, Fault, Key};

@@ -1,7 +1,9 @@
 //! What an AP10 keeps and forgets, its faults, Auto-ID and calibration (`canopen-ap10.md` 7, 8, 11, 12 and 18).
 
+use profidrive::can_bus::can::ErrorState;
 use profidrive::can_bus::canopen::storage::Eeprom;
 use profidrive::can_bus::canopen::{NmtState, NodeId};
+use profidrive::devices::CanopenDevice;
 use profidrive::devices::ap10::canopen::{Ap10, Config, Quirks};
 use profidrive::devices::ap10::{Fault, Key, Light, Turns};
 
@@ -200,7 +202,7 @@ fn the_encoder_and_the_battery_are_in_the_image_of_the_host() {
     let image = host_keeps(&mut third);
     assert_eq!(recalled(&image).display().battery, Light::Off);
     // The shaft turns without supply, too.
-    third.device.power_off();
+    third.device.power_off(third.now);
     third.device.turn_to(third.now, Turns::from_revolutions(1.0));
     let image = host_keeps(&mut third);
     assert_eq!(recalled(&image).position(), 880);
@@ -287,11 +289,11 @@ fn pe_01_battery_and_speed() {
 #[test]
 fn pe_01_the_controller_has_codes_too_and_stopped_nodes_are_quiet() {
     let mut rig = Rig::new(125);
-    rig.device.set_error_passive(rig.now, true);
+    rig.device.handle_error_state(rig.now, ErrorState::Active, ErrorState::Passive);
     assert_eq!(rig.drain(), ["0FD#20 81 11 00 00 00 00 00"]);
-    rig.device.set_error_passive(rig.now, false);
+    rig.device.handle_error_state(rig.now, ErrorState::Passive, ErrorState::Active);
     assert_eq!(rig.drain(), ["0FD#00 00 00 00 00 00 00 00"]);
-    rig.device.recover_from_bus_off(rig.now);
+    rig.device.handle_error_state(rig.now, ErrorState::BusOff, ErrorState::Active);
     assert_eq!(rig.drain(), ["0FD#40 81 00 00 00 00 00 00"]);
     rig.data(0x000, &[0x02, 0]);
     rig.device.provoke(rig.now, Fault::Speed);
@@ -309,13 +311,13 @@ fn pe_01_the_controller_has_codes_too_and_stopped_nodes_are_quiet() {
 fn a_battery_that_is_empty_does_not_count_without_supply() {
     let mut rig = Rig::new(125);
     rig.steps(100);
-    rig.device.power_off();
+    rig.device.power_off(rig.now);
     assert_eq!(rig.rows(), ["", ""]);
     rig.steps(150);
     rig.power_on();
     assert_eq!(rig.position(), 150);
     rig.device.provoke(rig.now, Fault::BatteryEmpty);
-    rig.device.power_off();
+    rig.device.power_off(rig.now);
     rig.steps(900);
     rig.power_on();
     assert_eq!(rig.position(), 150);

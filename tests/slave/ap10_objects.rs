@@ -4,6 +4,7 @@ use profidrive::can_bus::canopen::check::{Problem, each_problem};
 use profidrive::can_bus::canopen::dictionary;
 use profidrive::can_bus::canopen::dictionary::{Access, Mapping, Writable};
 use profidrive::can_bus::canopen::{Address, DataType, NodeId, eds};
+use profidrive::devices::CanopenDevice;
 use profidrive::devices::ap10::canopen::{EDS, OBJECTS, Quirks, SdoCodes, SoftwareVersion};
 
 use crate::ap10_node::Rig;

@@ -1,6 +1,7 @@
 //! The AP10 by PDO: set points, status word, remote requests, supervision (`canopen-ap10.md` 5, 6 and 18).
 
 use profidrive::can_bus::canopen::NmtState;
+use profidrive::devices::CanopenDevice;
 use profidrive::devices::ap10::canopen::Quirks;
 use profidrive::devices::ap10::{Key, StatusBit};
 

@@ -1,6 +1,7 @@
 //! Whatever comes over the bus or from a person: an AP10 does not panic, its display fits and it still answers.
 
 use profidrive::can_bus::can::{Frame, Id};
+use profidrive::devices::CanopenDevice;
 use profidrive::devices::ap10::{Fault, Key};
 use proptest::prelude::*;
 
@@ -87,7 +88,7 @@ proptest! {
                 Step::Fault { place, begins: true } => rig.device.provoke(rig.now, Fault::ALL[place]),
                 Step::Fault { place, begins: false } => rig.device.end_fault(rig.now, Fault::ALL[place]),
                 Step::Power(true) => rig.device.power_on(rig.now),
-                Step::Power(false) => rig.device.power_off(),
+                Step::Power(false) => rig.device.power_off(rig.now),
                 Step::Pass(millis) => {
                     rig.pass(millis);
                 }

@@ -3,6 +3,7 @@
 use profidrive::can_bus::can::{ErrorState, Frame, Id};
 use profidrive::can_bus::canopen::NmtState;
 use profidrive::can_bus::cia402::{Mode, State, Statusword};
+use profidrive::devices::CanopenDevice;
 use profidrive::devices::asda_a2::canopen::Quirks;
 use profidrive::devices::asda_a2::inputs::Closed;
 use profidrive::devices::asda_a2::{Alarm, Config, Effect, Inputs};
@@ -84,13 +85,13 @@ fn the_free_run_after_an_error_of_the_bus_can_be_coasting() {
 #[test]
 fn cn_205_error_passive_is_al185_and_bus_off_al186() {
     let mut rig = Rig::full();
-    rig.device.set_error_state(rig.now, ErrorState::Passive);
+    rig.device.handle_error_state(rig.now, ErrorState::Active, ErrorState::Passive);
     assert_eq!(rig.drain(), ["0FF#20 81 11 85 01 00 00 00"]);
     assert!(rig.device.statusword().has(Statusword::WARNING));
-    rig.device.set_error_state(rig.now, ErrorState::Active);
+    rig.device.handle_error_state(rig.now, ErrorState::Passive, ErrorState::Active);
     assert_eq!(rig.drain(), ["0FF#00 00 00 00 00 00 00 00"]);
-    rig.device.set_error_state(rig.now, ErrorState::BusOff);
-    rig.device.set_error_state(rig.now, ErrorState::Active);
+    rig.device.handle_error_state(rig.now, ErrorState::Active, ErrorState::BusOff);
+    rig.device.handle_error_state(rig.now, ErrorState::BusOff, ErrorState::Active);
     assert_eq!(rig.drain(), ["0FF#00 81 11 86 01 00 00 00"]);
     assert_eq!(rig.servo().alarms(), [Alarm::BusOff], "until a reset");
     rig.control(0x80);

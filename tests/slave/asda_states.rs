@@ -2,6 +2,7 @@
 
 use profidrive::can_bus::canopen::NmtState;
 use profidrive::can_bus::cia402::{Mode, State};
+use profidrive::devices::CanopenDevice;
 use profidrive::devices::asda_a2::canopen::{AsdaA2, Quirks};
 use profidrive::devices::asda_a2::{Alarm, Config, Inputs, Level};
 

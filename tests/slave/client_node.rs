@@ -234,10 +234,12 @@ fn the_asda_a2_is_homed_and_its_mode_put_back() {
 #[test]
 fn a_fault_is_acknowledged_when_its_cause_is_gone() {
     for (mut rig, fault) in [(Rig::ag03(), "F"), (Rig::asda(), "011")] {
-        rig.device.provoke(rig.now, fault).unwrap();
+        let now = rig.now;
+        rig.device.act(now, &mut |description| description.provoke(now, fault).unwrap());
         rig.settle();
         assert_eq!(rig.read(0x6041, 0) & 0x4F, 8, "a fault");
-        rig.device.make_nominal(rig.now);
+        let now = rig.now;
+        rig.device.act(now, &mut |description| description.make_nominal(now));
         assert_eq!(rig.pursue(NodeGoal::Acknowledge), NodeOutcome::Done);
         assert_eq!(rig.pursue(NodeGoal::Leave), NodeOutcome::Done);
         assert_eq!(rig.read(0x6041, 0) & 0x4F, 0x40, "SWITCH ON DISABLED");

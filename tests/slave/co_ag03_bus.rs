@@ -5,6 +5,7 @@ use profidrive::can_bus::can::{Frame, Id};
 use profidrive::can_bus::canopen::dictionary;
 use profidrive::can_bus::canopen::dictionary::{Access, Limits};
 use profidrive::can_bus::canopen::{NmtState, NodeId};
+use profidrive::devices::CanopenDevice;
 use profidrive::devices::ag03::canopen::objects::objects;
 use profidrive::devices::ag03::canopen::state::State;
 use profidrive::devices::ag03::canopen::{Ag03Node, Config};

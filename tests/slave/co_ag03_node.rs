@@ -5,12 +5,13 @@ use profidrive::can_bus::can::ErrorState;
 use profidrive::can_bus::canopen::dictionary;
 use profidrive::can_bus::canopen::dictionary::Access;
 use profidrive::can_bus::canopen::{Address, NodeId};
+use profidrive::devices::CanopenDevice;
 use profidrive::devices::ag03::canopen::Ag03Node;
 use profidrive::devices::ag03::canopen::objects::objects;
 use profidrive::devices::ag03::canopen::state::State;
 use profidrive::devices::ag03::drive::{Fault, Motor};
 use profidrive::devices::ag03::param::Gear;
-use profidrive::devices::ag03::unit::Eeprom;
+use profidrive::devices::ag03::unit::{Eeprom, NotStored};
 
 use crate::ag03_node::{Rig, config};
 
@@ -256,18 +257,18 @@ fn as_03_a_fault_is_told_kept_and_acknowledged_when_its_cause_is_gone() {
 #[test]
 fn as_03_faults_h_and_i_come_from_the_bus() {
     let mut rig = Rig::enabled();
-    rig.node.set_error_state(rig.now, ErrorState::Passive);
+    rig.node.handle_error_state(rig.now, ErrorState::Active, ErrorState::Passive);
     assert_eq!(rig.drain(), ["085#2081110000000000"]);
-    rig.node.set_error_state(rig.now, ErrorState::Active);
+    rig.node.handle_error_state(rig.now, ErrorState::Passive, ErrorState::Active);
     assert_eq!(rig.drain(), ["085#0000000000000000"]);
     rig.travel(0x001F, 50_000);
     rig.pass_ms(300);
-    rig.node.set_error_state(rig.now, ErrorState::Passive);
+    rig.node.handle_error_state(rig.now, ErrorState::Active, ErrorState::Passive);
     assert_eq!(rig.drain(), ["085#02FF110000000000"]);
     assert_eq!(rig.node.status().fault, Some(Fault::H));
-    rig.node.set_error_state(rig.now, ErrorState::BusOff);
+    rig.node.handle_error_state(rig.now, ErrorState::Passive, ErrorState::BusOff);
     assert_eq!(rig.pass_ms(500), [""; 0], "the node is mute");
-    rig.node.set_error_state(rig.now, ErrorState::Active);
+    rig.node.handle_error_state(rig.now, ErrorState::BusOff, ErrorState::Active);
     assert_eq!(rig.drain(), ["085#03FF110000000000", "085#4081110000000000"]);
     rig.word(0x0000);
     assert_eq!(rig.word(0x0080), ["085#0000000000000000"]);
@@ -310,24 +311,21 @@ fn ax_01_an_answer_waits_until_the_value_is_safe_or_refuses_it() {
     let mut config = config();
     config.eeprom = Eeprom::Host;
     let mut rig = Rig::with(config);
-    let first = rig.node.poll_image().unwrap();
-    rig.node.handle_stored(rig.now, first.generation, Ok(()));
+    stored(&mut rig, Ok(()));
     for (request, index, sub, old) in [
         ([0x2F, 0x10, 0x24, 5, 77, 0, 0, 0], 0x2410, 5, 30),
         ([0x2B, 0x00, 0x18, 5, 250, 0, 0, 0], 0x1800, 5, 100),
         ([0x2F, 0x00, 0x21, 0, 7, 0, 0, 0], 0x2100, 0, 10),
     ] {
         assert_eq!(rig.sdo_answers(request), [[0; 8]; 0], "{index:04X}h");
-        let image = rig.node.poll_image().unwrap();
-        rig.node.handle_stored(rig.now, image.generation, Err(profidrive::devices::ag03::unit::NotStored));
+        stored(&mut rig, Err(NotStored));
         let [_, a, b, c, ..] = request;
         assert_eq!(rig.answers(), [[0x80, a, b, c, 0, 0, 0x06, 0x06]]);
         if index != 0x1800 {
             assert_eq!(rig.read(index, sub), Ok(old));
         }
         assert_eq!(rig.sdo_answers(request), [[0; 8]; 0]);
-        let image = rig.node.poll_image().unwrap();
-        rig.node.handle_stored(rig.now, image.generation, Ok(()));
+        stored(&mut rig, Ok(()));
         assert_eq!(rig.answers(), [[0x60, a, b, c, 0, 0, 0, 0]]);
     }
 }
@@ -345,4 +343,11 @@ fn ax_02_607c_and_1011_4_make_the_position_the_value() {
     rig.until("target", |node| node.status_word() & 0x4000 == 0);
     rig.write(0x1011, 4, 0x6461_6F6C, 4).unwrap();
     assert_eq!(rig.read(0x6064, 0), Ok(2500));
+}
+
+/// What becomes of the image that is on offer.
+fn stored(rig: &mut Rig, outcome: Result<(), NotStored>) {
+    let mut room = [0; 16 * 1024];
+    let generation = rig.node.poll_image(&mut room).unwrap().unwrap().generation;
+    rig.node.handle_stored(rig.now, generation, outcome);
 }

@@ -91,6 +91,41 @@ fn a_bus_knows_no_device_and_a_device_no_bus() {
     }
 }
 
+/// Files of the faces that name a kind of device, and why: what is not here asks the list of devices and the descriptions.
+const NAMES_A_DEVICE: &[(&str, &str)] = &[
+    ("command/args/decode", "--mode: in each mode the words of the positioning drives mean something else"),
+    ("command/args/link", "--baud offers the rates of the positioning drives"),
+    ("command/args/parameter", "master without --ppo and --node is for the positioning drives"),
+    ("command/args/quantity", "a number has the unit of a parameter of the positioning drives"),
+    ("command/decode", "--mode"),
+    ("command/demo", "its story is told of one device"),
+    ("command/encode", "it builds the words of the positioning drives by their names"),
+    ("command/master", "it commissions the positioning drives and the drives of PROFIDRIVE version 2"),
+];
+
+#[test]
+fn a_face_names_no_kind_of_device_but_where_it_must() {
+    let kinds = ["ag03", "ap10", "asda_a2", "ppo_drive"].map(|kind| format!("devices::{kind}"));
+    let mut unused: Vec<_> = NAMES_A_DEVICE.iter().map(|(file, _)| *file).collect();
+    let mut breaches = Vec::new();
+    for file in ["command", "metrics", "panel"].into_iter().flat_map(files_of) {
+        let text = fs::read_to_string(&file).unwrap();
+        let code = text.split("#[cfg(test)]").next().unwrap();
+        let place = place(&file);
+        if !imports(code, &place).iter().any(|import| kinds.iter().any(|kind| is_in(import, kind))) {
+            continue;
+        }
+        let place = place.join("/");
+        match NAMES_A_DEVICE.iter().find(|(file, _)| place == *file || place.starts_with(&format!("{file}/")))
+        {
+            Some((file, _)) => unused.retain(|row| row != file),
+            None => breaches.push(place),
+        }
+    }
+    assert_eq!(breaches, [""; 0], "ask the list of devices, or the description");
+    assert_eq!(unused, [""; 0], "they name no kind of device any more: delete their rows");
+}
+
 #[test]
 fn every_module_is_in_the_table() {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");

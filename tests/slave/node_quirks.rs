@@ -6,6 +6,7 @@ use std::path::Path;
 
 use profidrive::can_bus::can::{Frame, Id};
 use profidrive::can_bus::canopen::NodeId;
+use profidrive::devices::CanopenDevice;
 use profidrive::devices::ag03;
 use profidrive::devices::ap10;
 use profidrive::devices::asda_a2;

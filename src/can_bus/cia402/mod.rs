@@ -9,14 +9,12 @@
 //!
 //! | file | holds |
 //! | --- | --- |
-//! | [`words`] | each bit of controlword and statusword, once |
-//! | `names` | what the bits are called, by mode |
+//! | [`words`] | each bit of controlword and statusword, once: its number, and its name by mode |
 //! | [`state`] | states, commands, the table of transitions |
 //! | [`option`] | what 605Ah to 605Eh choose |
 //! | [`mode`] | modes of operation, 6060h |
 
 pub mod mode;
-mod names;
 pub mod option;
 pub mod state;
 pub mod words;

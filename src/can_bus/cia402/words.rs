@@ -2,6 +2,7 @@
 
 use core::ops::{BitOr, BitOrAssign};
 
+use super::mode::Mode;
 use super::state::Command;
 
 /// The controlword, 6040h.
@@ -14,32 +15,13 @@ use super::state::Command;
 pub struct Controlword(pub u16);
 
 impl Controlword {
-    /// Bit 0.
-    pub(crate) const SWITCH_ON: u16 = 1 << 0;
-    /// Bit 1.
-    pub(crate) const ENABLE_VOLTAGE: u16 = 1 << 1;
-    /// Bit 2, low active: 0 is a quick stop.
-    pub(crate) const QUICK_STOP: u16 = 1 << 2;
-    /// Bit 3.
-    pub(crate) const ENABLE_OPERATION: u16 = 1 << 3;
-    /// Bit 4 in profile position mode: take the set-point, with the rising edge.
-    pub(crate) const NEW_SET_POINT: u16 = 1 << 4;
-    /// Bit 5 in profile position mode: do not wait for the end of the running set-point.
-    pub(crate) const CHANGE_IMMEDIATELY: u16 = 1 << 5;
-    /// Bit 6 in profile position mode: the target is a distance.
-    pub(crate) const RELATIVE: u16 = 1 << 6;
-    /// Bit 7, with the rising edge.
-    pub(crate) const FAULT_RESET: u16 = 1 << 7;
-    /// Bit 8.
-    pub(crate) const HALT: u16 = 1 << 8;
-
     /// Whether all bits of `mask` are set.
-    pub(crate) const fn has(self, mask: u16) -> bool {
-        self.0 & mask == mask
+    pub(crate) const fn has(self, mask: Self) -> bool {
+        self.0 & mask.0 == mask.0
     }
 
     /// Whether the bits of `mask` are set now and were not `before`.
-    pub(crate) const fn rises(self, before: Self, mask: u16) -> bool {
+    pub(crate) const fn rises(self, before: Self, mask: Self) -> bool {
         self.has(mask) && !before.has(mask)
     }
 
@@ -77,41 +59,6 @@ impl Controlword {
 pub struct Statusword(pub u16);
 
 impl Statusword {
-    /// Bit 0.
-    pub const READY_TO_SWITCH_ON: Self = Self(1 << 0);
-    /// Bit 1.
-    pub const SWITCHED_ON: Self = Self(1 << 1);
-    /// Bit 2.
-    pub const OPERATION_ENABLED: Self = Self(1 << 2);
-    /// Bit 3.
-    pub const FAULT: Self = Self(1 << 3);
-    /// Bit 4: the power part is supplied.
-    pub const VOLTAGE_ENABLED: Self = Self(1 << 4);
-    /// Bit 5, low active.
-    pub const QUICK_STOP: Self = Self(1 << 5);
-    /// Bit 6.
-    pub const SWITCH_ON_DISABLED: Self = Self(1 << 6);
-    /// Bit 7.
-    pub const WARNING: Self = Self(1 << 7);
-    /// Bit 9: the drive follows the bus.
-    pub const REMOTE: Self = Self(1 << 9);
-    /// Bit 10.
-    pub const TARGET_REACHED: Self = Self(1 << 10);
-    /// Bit 11.
-    pub const INTERNAL_LIMIT: Self = Self(1 << 11);
-    /// Bit 12 in profile position mode.
-    pub const SET_POINT_ACKNOWLEDGE: Self = Self(1 << 12);
-    /// Bit 12 in homing mode.
-    pub const HOMING_ATTAINED: Self = Self(1 << 12);
-    /// Bit 12 in interpolated position mode.
-    pub const IP_ACTIVE: Self = Self(1 << 12);
-    /// Bit 12 in profile velocity mode.
-    pub const ZERO_SPEED: Self = Self(1 << 12);
-    /// Bit 13 in profile position mode.
-    pub const FOLLOWING_ERROR: Self = Self(1 << 13);
-    /// Bit 13 in homing mode.
-    pub const HOMING_ERROR: Self = Self(1 << 13);
-
     /// No bit.
     pub const NONE: Self = Self(0);
 
@@ -126,6 +73,68 @@ impl Statusword {
         if holds { self } else { Self::NONE }
     }
 }
+
+/// The bits of a word, each once: its constant, its number and its name, of one mode of operation or of all.
+macro_rules! bits {
+    ($word:ident { $($bit:ident = $n:literal: $name:literal $(in $mode:ident)? $(, $other:literal in $of:ident)*;)* }) => {
+        impl $word {
+            $(
+                #[doc = concat!("Bit ", $n, ": ", $name, ".")]
+                pub const $bit: Self = Self(1 << $n);
+            )*
+
+            /// The names of the bits, bit 0 first; empty for a bit that CiA 402 leaves to the device or keeps for later, and,
+            /// without a mode, for those of the mode.
+            pub(crate) fn names(mode: Option<Mode>) -> [&'static str; 16] {
+                let mut names = [""; 16];
+                $(
+                    if true $(&& mode == Some(Mode::$mode))? {
+                        names[$n] = $name;
+                    }
+                    $(
+                        if mode == Some(Mode::$of) {
+                            names[$n] = $other;
+                        }
+                    )*
+                )*
+                names
+            }
+        }
+    };
+}
+
+bits! { Controlword {
+    SWITCH_ON = 0: "switch on";
+    ENABLE_VOLTAGE = 1: "enable voltage";
+    QUICK_STOP = 2: "no quick stop";
+    ENABLE_OPERATION = 3: "enable operation";
+    NEW_SET_POINT = 4: "new set-point" in ProfilePosition, "homing operation start" in Homing,
+        "enable interpolation" in InterpolatedPosition;
+    CHANGE_IMMEDIATELY = 5: "change set immediately" in ProfilePosition;
+    RELATIVE = 6: "relative" in ProfilePosition;
+    FAULT_RESET = 7: "fault reset";
+    HALT = 8: "halt";
+} }
+
+bits! { Statusword {
+    READY_TO_SWITCH_ON = 0: "ready to switch on";
+    SWITCHED_ON = 1: "switched on";
+    OPERATION_ENABLED = 2: "operation enabled";
+    FAULT = 3: "fault";
+    VOLTAGE_ENABLED = 4: "voltage enabled";
+    QUICK_STOP = 5: "no quick stop";
+    SWITCH_ON_DISABLED = 6: "switch on disabled";
+    WARNING = 7: "warning";
+    REMOTE = 9: "remote";
+    TARGET_REACHED = 10: "target reached";
+    INTERNAL_LIMIT = 11: "internal limit active";
+    SET_POINT_ACKNOWLEDGE = 12: "set-point acknowledge" in ProfilePosition;
+    HOMING_ATTAINED = 12: "homing attained" in Homing;
+    IP_ACTIVE = 12: "interpolation active" in InterpolatedPosition;
+    ZERO_SPEED = 12: "speed is zero" in ProfileVelocity;
+    FOLLOWING_ERROR = 13: "following error" in ProfilePosition, "maximum slippage" in ProfileVelocity;
+    HOMING_ERROR = 13: "homing error" in Homing;
+} }
 
 impl BitOr for Statusword {
     type Output = Self;
@@ -166,5 +175,32 @@ mod tests {
     fn fault_reset_is_an_edge() {
         assert_eq!(Controlword(0x80).command(Controlword(0x0F)), Command::FaultReset);
         assert_eq!(Controlword(0x8F).command(Controlword(0x80)), Command::EnableOperation);
+    }
+
+    #[test]
+    fn a_name_stands_at_the_number_of_its_bit() {
+        let control = Controlword::names(Some(Mode::ProfilePosition));
+        for (mask, name) in [
+            (Controlword::SWITCH_ON, "switch on"),
+            (Controlword::NEW_SET_POINT, "new set-point"),
+            (Controlword::RELATIVE, "relative"),
+            (Controlword::FAULT_RESET, "fault reset"),
+            (Controlword::HALT, "halt"),
+        ] {
+            assert_eq!(control[mask.0.trailing_zeros() as usize], name);
+        }
+        assert_eq!(Controlword::names(Some(Mode::Homing))[4], "homing operation start");
+        assert_eq!(Controlword::names(None)[4], "");
+        let status = Statusword::names(Some(Mode::ProfilePosition));
+        for (mask, name) in [
+            (Statusword::FAULT, "fault"),
+            (Statusword::SWITCH_ON_DISABLED, "switch on disabled"),
+            (Statusword::REMOTE, "remote"),
+            (Statusword::INTERNAL_LIMIT, "internal limit active"),
+            (Statusword::SET_POINT_ACKNOWLEDGE, "set-point acknowledge"),
+            (Statusword::FOLLOWING_ERROR, "following error"),
+        ] {
+            assert_eq!(status[mask.0.trailing_zeros() as usize], name);
+        }
     }
 }

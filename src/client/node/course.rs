@@ -33,7 +33,7 @@ pub(super) const SHUTDOWN: u16 = 0x0006;
 pub(super) const SWITCH_ON: u16 = 0x0007;
 pub(super) const ENABLE: u16 = 0x000F;
 const QUICK_STOP: u16 = 0x0002;
-const START: u16 = ENABLE | Controlword::NEW_SET_POINT;
+const START: u16 = ENABLE | Controlword::NEW_SET_POINT.0;
 
 /// What a step does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -125,7 +125,7 @@ const ACKNOWLEDGE: &[Row] = &[
     act(Act::Start),
     // Before the rising edge of bit 7.
     act(Act::Word(0)),
-    Step::new(Act::Word(Controlword::FAULT_RESET), &[NO_FAULT], Or::Fault),
+    Step::new(Act::Word(Controlword::FAULT_RESET.0), &[NO_FAULT], Or::Fault),
 ];
 
 const STOP: &[Row] = &[Step::new(Act::Word(QUICK_STOP), STANDS, Or::GoOn).moving(), act(Act::Word(0))];

@@ -2,8 +2,8 @@
 
 use core::str::FromStr;
 
-use crate::devices::ag03::param::{Entry, Subindex};
-use crate::host::list::named::parameter;
+use crate::devices::ag03::param::{Entry, Subindex, TABLE};
+use crate::host::list::named::find;
 
 /// A parameter of either model, and an element if it is an array.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,42 +16,13 @@ impl FromStr for ParameterSpec {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let (name, element) = match text.rsplit_once('.') {
-            Some((name, element)) => {
-                let number = element.parse().map_err(|_| {
-                    format!("'{element}' is no element of an array; expected for example 945.0")
-                })?;
-                (name, Some(Subindex(number)))
-            }
-            None => (text, None),
-        };
-        let entry = parameter(name)?;
-        match (entry.elements, element) {
-            (Some(count), None) => Err(format!(
-                "{} (PNU {}) is an array of {count}; name the element, for example {}.0",
-                entry.name, entry.pnu, entry.pnu
-            )),
-            (Some(count), Some(element)) if element.0 >= count => Err(format!(
-                "{} (PNU {}) has the elements 0 to {}, not {element}",
-                entry.name,
-                entry.pnu,
-                count.saturating_sub(1)
-            )),
-            (None, Some(_)) => Err(format!(
-                "{} (PNU {}) is no array; leave '.{}' out",
-                entry.name,
-                entry.pnu,
-                &text.rsplit('.').next().unwrap_or_default()
-            )),
-            (None, None) | (Some(_), Some(_)) => Ok(Self { entry, element }),
-        }
+        let (entry, element) = find(TABLE.iter(), text)?;
+        Ok(Self { entry, element: element.map(Subindex) })
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use crate::devices::ag03::param::TABLE;
-
     use super::*;
 
     fn pnu(text: &str) -> Result<(u16, Option<u8>), String> {
@@ -93,7 +64,7 @@ mod tests {
             ("", "there is no parameter ''"),
             ("945", "is an array of 10; name the element, for example 945.0"),
             ("945.10", "has the elements 0 to 9, not 10"),
-            ("945.x", "'x' is no element"),
+            ("945.x", "has the elements 0 to 9, not x"),
             ("1004.1", "is no array; leave '.1' out"),
         ] {
             let error = pnu(text).unwrap_err();

@@ -7,9 +7,10 @@ use std::io::Write;
 use crate::can_bus::can::{BitRate, Frame, Id};
 use crate::can_bus::canopen::storage::Eeprom;
 use crate::can_bus::canopen::{Address, NodeId};
-use crate::devices::{CanopenDevice, CanopenEvent};
+use crate::devices::CanopenEvent;
 use crate::explain::Explanation;
 use crate::explain::canopen::Network;
+use crate::face::Description;
 use crate::face::surroundings::Level;
 use crate::host::can::{Bus, Product, Seat, StoredNode};
 use crate::host::list::Choices;
@@ -159,8 +160,14 @@ impl<'w> NodeStage<'w> {
         }
     }
 
-    fn act<R>(&mut self, act: impl FnOnce(&mut dyn CanopenDevice, Instant) -> R) -> Option<R> {
-        self.bus.with(self.now, self.device, |node: &mut StoredNode, now| node.act(now, act))
+    fn act<R>(&mut self, mut act: impl FnMut(&mut dyn Description, Instant) -> R) -> Option<R> {
+        let mut result = None;
+        self.bus.with(self.now, self.device, |node: &mut StoredNode, now| {
+            node.act(now, |device, now| {
+                device.act(now, &mut |description| result = Some(act(description, now)));
+            });
+        });
+        result
     }
 
     /// Puts a frame of the master on the bus.

@@ -206,7 +206,7 @@ mod tests {
             (
                 line("[[line.ppo-drive]]\naddress = 5\nparameters = '../../examples/ppo_drive.toml'\nvalues = { 99 = 1 }"),
                 "6, column 17",
-                "no parameter '99'",
+                "there is no parameter 99",
             ),
             (
                 line("[[line.ppo-drive]]\naddress = 5\nparameters = '../../examples/ppo_drive.toml'\nvalues = { 1 = 50 }"),

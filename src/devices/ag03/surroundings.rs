@@ -4,7 +4,132 @@ use core::fmt;
 
 use super::drive::{Drive, Fault, FaultSet, Inputs, StatusLed};
 use super::param::Model;
-use crate::face::surroundings::{Declined, Glow, Input, InputKind, Level, Provocable};
+use super::unit::{Power, Unit};
+use crate::can_bus::canopen::Address;
+use crate::face::surroundings::{Declined, Face, Glow, Input, InputKind, Level, Provocable, Surroundings};
+use crate::face::{DriveState, Why};
+use crate::time::Instant;
+
+/// The unit behind a bus: what differs there.
+pub(crate) trait BehindBus: Why + 'static {
+    /// The unit.
+    fn unit(&self) -> &Unit;
+
+    /// Which model it is.
+    fn model(&self) -> Model;
+
+    /// Changes what acts on it from outside.
+    fn change_inputs(&mut self, now: Instant, inputs: Inputs);
+
+    /// The bus LED of a unit that is on.
+    fn bus_led(&self) -> Glow;
+
+    /// The state of a drive that is on.
+    fn state_on_bus(&self) -> DriveState;
+
+    /// On CANopen the entries that are words of bits.
+    fn word_entries(&self) -> &'static [Address] {
+        &[]
+    }
+
+    /// The mode as the words of the bus count it.
+    fn mode_on_bus(&self) -> i64 {
+        0
+    }
+}
+
+impl<T: BehindBus> Surroundings for T {
+    fn each_fault(&self, tell: &mut dyn FnMut(Provocable<'_>)) {
+        let drive = self.unit().drive();
+        let causes = [drive.causes(), drive.provoked_by(self.unit().inputs())];
+        each_fault(self.model(), causes, tell);
+    }
+
+    fn provoke(&mut self, now: Instant, name: &str) -> Result<(), Declined> {
+        let fault = fault(self.model(), name)?;
+        let inputs = self.unit().drive().provoking(self.unit().inputs(), fault);
+        self.change_inputs(now, inputs);
+        Ok(())
+    }
+
+    fn take_back(&mut self, now: Instant, name: &str) -> Result<(), Declined> {
+        let fault = fault(self.model(), name)?;
+        self.change_inputs(now, taken_back(self.unit().inputs(), fault));
+        Ok(())
+    }
+
+    fn each_input(&self, tell: &mut dyn FnMut(&Input, Level)) {
+        for row in ROWS.iter().filter(|row| row.is_of(self.model())) {
+            tell(&row.input, (row.read)(self.unit().inputs()));
+        }
+    }
+
+    fn set_input(&mut self, now: Instant, name: &str, level: Level) {
+        let row = ROWS.iter().find(|row| row.input.name == name && row.is_of(self.model()));
+        let mut inputs = *self.unit().inputs();
+        if let Some(row) = row {
+            (row.write)(&mut inputs, level);
+            self.change_inputs(now, inputs);
+        }
+    }
+
+    fn nominal(&self, name: &str) -> Option<Level> {
+        let row = ROWS.iter().find(|row| row.input.name == name)?;
+        Some((row.read)(&Inputs::default()))
+    }
+
+    fn calculated(&self, name: &str) -> Option<f64> {
+        calculated(self.unit().drive(), name)
+    }
+
+    fn make_nominal(&mut self, now: Instant) {
+        self.change_inputs(now, nominal(self.unit().inputs()));
+    }
+
+    fn each_lack(&self, name: &str, say: &mut dyn FnMut(&dyn fmt::Display)) {
+        each_lack(self.model(), name, say);
+    }
+
+    fn each_key(&self, tell: &mut dyn FnMut(&'static str, bool)) {
+        let ([one, two], inputs) = (KEYS, self.unit().inputs());
+        tell(one, inputs.key_clockwise);
+        tell(two, inputs.key_counter_clockwise);
+    }
+
+    fn press(&mut self, now: Instant, key: &str, down: bool) -> Result<(), Declined> {
+        self.change_inputs(now, with_key(self.unit().inputs(), key, down)?);
+        Ok(())
+    }
+
+    fn face(&self, _now: Instant) -> Face {
+        let (status, bus) = match self.unit().power() {
+            Power::Off => (Glow::Off, Glow::Off),
+            Power::FactoryReset(_) => (Glow::Alternating, Glow::Alternating),
+            Power::On => (glow(self.unit().status().led), self.bus_led()),
+        };
+        Face::default().led("status green", status).led("bus orange", bus)
+    }
+
+    fn words(&self) -> &'static [Address] {
+        self.word_entries()
+    }
+
+    fn mode(&self) -> i64 {
+        self.mode_on_bus()
+    }
+
+    fn is_drive(&self) -> bool {
+        true
+    }
+
+    fn drive_state(&self) -> Option<DriveState> {
+        Some(self.state_on_bus())
+    }
+
+    fn why(&self) -> Option<&dyn Why> {
+        Some(self)
+    }
+}
 
 /// One input: what it is, and where the drive has it.
 struct Row {
@@ -93,29 +218,8 @@ const ROWS: &[Row] = &[
 /// The keys of the manual setup mode: clockwise, counter-clockwise.
 const KEYS: [&str; 2] = ["key_1", "key_2"];
 
-/// Each input of a model with what it is now.
-pub(super) fn each_input(model: Model, inputs: &Inputs, tell: &mut dyn FnMut(&Input, Level)) {
-    for row in ROWS.iter().filter(|row| row.is_of(model)) {
-        tell(&row.input, (row.read)(inputs));
-    }
-}
-
-/// The inputs with one changed; `None`: the model has none of this name.
-pub(super) fn with_input(model: Model, inputs: &Inputs, name: &str, level: Level) -> Option<Inputs> {
-    let row = ROWS.iter().find(|row| row.input.name == name && row.is_of(model))?;
-    let mut changed = *inputs;
-    (row.write)(&mut changed, level);
-    Some(changed)
-}
-
-/// What an input of that name is when everything is as it should be.
-pub(super) fn nominal_level(name: &str) -> Option<Level> {
-    let row = ROWS.iter().find(|row| row.input.name == name)?;
-    Some((row.read)(&Inputs::default()))
-}
-
 /// What follows for an input from everything else.
-pub(super) fn calculated(drive: &Drive, name: &str) -> Option<f64> {
+fn calculated(drive: &Drive, name: &str) -> Option<f64> {
     let measured = drive.measured();
     let tenths: f64 = match name {
         "stage_temperature_celsius" => measured.temperature.into(),
@@ -126,7 +230,7 @@ pub(super) fn calculated(drive: &Drive, name: &str) -> Option<f64> {
 }
 
 /// The inputs without what makes a fault.
-pub(super) fn taken_back(inputs: &Inputs, fault: Fault) -> Inputs {
+fn taken_back(inputs: &Inputs, fault: Fault) -> Inputs {
     let usual = Inputs::default();
     let Inputs { control_supply, output_supply, friction_torque, battery, .. } = usual;
     match fault {
@@ -144,13 +248,13 @@ pub(super) fn taken_back(inputs: &Inputs, fault: Fault) -> Inputs {
 }
 
 /// Everything as it should be; the keys stay as they are.
-pub(super) fn nominal(inputs: &Inputs) -> Inputs {
+fn nominal(inputs: &Inputs) -> Inputs {
     let Inputs { key_clockwise, key_counter_clockwise, .. } = *inputs;
     Inputs { key_clockwise, key_counter_clockwise, ..Inputs::default() }
 }
 
 /// Says why a model does not have an input or a fault that the other one has.
-pub(super) fn each_lack(model: Model, name: &str, say: &mut dyn FnMut(&dyn fmt::Display)) {
+fn each_lack(model: Model, name: &str, say: &mut dyn FnMut(&dyn fmt::Display)) {
     let lacks = ROWS.iter().any(|row| row.input.name == name && !row.is_of(model));
     match (model, name) {
         (Model::Ag03, "output_supply_volts") => {
@@ -173,11 +277,7 @@ pub(super) fn each_lack(model: Model, name: &str, say: &mut dyn FnMut(&dyn fmt::
 }
 
 /// Each fault of a model, with the causes that are there, and what the inputs make.
-pub(super) fn each_fault(
-    model: Model,
-    [causes, provoked]: [FaultSet; 2],
-    tell: &mut dyn FnMut(Provocable<'_>),
-) {
+fn each_fault(model: Model, [causes, provoked]: [FaultSet; 2], tell: &mut dyn FnMut(Provocable<'_>)) {
     for fault in Fault::ALL.into_iter().filter(|fault| fault.exists_on(model)) {
         let name = char::from(fault.code());
         let provoked = provoked.contains(fault);
@@ -186,20 +286,13 @@ pub(super) fn each_fault(
 }
 
 /// The fault of a model by its letter.
-pub(super) fn fault(model: Model, name: &str) -> Result<Fault, Declined> {
+fn fault(model: Model, name: &str) -> Result<Fault, Declined> {
     let named = |known: &Fault| *name.as_bytes() == [known.code()] && known.exists_on(model);
     Fault::ALL.into_iter().find(named).ok_or(Declined::Unknown)
 }
 
-/// Each key, and whether it is held.
-pub(super) fn each_key(inputs: &Inputs, tell: &mut dyn FnMut(&'static str, bool)) {
-    let [one, two] = KEYS;
-    tell(one, inputs.key_clockwise);
-    tell(two, inputs.key_counter_clockwise);
-}
-
 /// The inputs with a key up or down.
-pub(super) fn with_key(inputs: &Inputs, key: &str, down: bool) -> Result<Inputs, Declined> {
+fn with_key(inputs: &Inputs, key: &str, down: bool) -> Result<Inputs, Declined> {
     match KEYS.iter().position(|known| *known == key) {
         Some(0) => Ok(Inputs { key_clockwise: down, ..*inputs }),
         Some(_) => Ok(Inputs { key_counter_clockwise: down, ..*inputs }),
@@ -208,7 +301,7 @@ pub(super) fn with_key(inputs: &Inputs, key: &str, down: bool) -> Result<Inputs,
 }
 
 /// What the status LED does.
-pub(super) fn glow(led: StatusLed) -> Glow {
+fn glow(led: StatusLed) -> Glow {
     match led {
         StatusLed::Off => Glow::Off,
         StatusLed::On => Glow::On,

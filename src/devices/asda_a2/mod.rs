@@ -119,7 +119,7 @@ impl Level {
     pub(crate) const fn controlword(self) -> Controlword {
         match self {
             Self::Half => Controlword(0),
-            Self::Full => Controlword(Controlword::QUICK_STOP),
+            Self::Full => Controlword::QUICK_STOP,
         }
     }
 }

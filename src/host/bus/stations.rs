@@ -8,11 +8,11 @@ use super::last_request::LastRequest;
 use super::station_errors::StationErrors;
 use super::{BusEvent, Presence, SlotTime};
 use crate::devices::StationEvent;
-use crate::devices::ag03::profibus::{MAX_TELEGRAM_LEN, Timing};
 use crate::host::{Error, Participant};
 use crate::profibus::fdl::station::TooLate;
 use crate::profibus::fdl::{
-    Address, BaudSearch, DataTelegram, FrameError, Function, LineCounters, Rates, StationCounters, Telegram,
+    Address, BaudSearch, DataTelegram, FrameError, Function, LineCounters, MAX_TELEGRAM_LEN, Rates,
+    StationCounters, Telegram, Timing,
 };
 use crate::time::{BaudRate, Instant};
 

@@ -125,7 +125,7 @@ impl StoredNode {
 
     /// What keeps its drive from moving now; `None`: it has no drive.
     pub fn why(&self) -> Option<&dyn Why> {
-        self.stored.unit().device.why()
+        self.stored.unit().device.description().why()
     }
 
     /// Carries out what faults ask for.

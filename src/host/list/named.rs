@@ -1,38 +1,103 @@
-//! Parameters by number or name: of the positioning drives, and of a table of the user.
+//! Parameters by number or name: of the list of a device, and of a table of the user.
 
 use strsim::levenshtein;
 
-use crate::devices::ag03::param::{Entry, Pnu, TABLE};
-use crate::devices::ppo_drive::table::{Row, Table};
-use crate::gsd::did_you_mean;
+use crate::devices::ag03::param::{Entry, TABLE};
+use crate::devices::ppo_drive::table::Row;
 
 /// How many names are offered instead of one that is unknown.
 const MOST_OFFERED: usize = 5;
 
-/// The parameter with this number (decimal, or hexadecimal as `0x3EC` or `3ECh`) or name. Of a name only letters and digits
-/// count.
+/// What has a number and a name.
+pub(crate) trait Named {
+    /// The number that a master gives.
+    fn number(&self) -> u16;
+
+    /// What people call it.
+    fn name(&self) -> &str;
+
+    /// The first and the number of its elements, if it is an array.
+    fn elements(&self) -> Option<(u8, u8)>;
+}
+
+impl Named for Entry {
+    fn number(&self) -> u16 {
+        self.pnu.number()
+    }
+
+    fn name(&self) -> &str {
+        self.name
+    }
+
+    fn elements(&self) -> Option<(u8, u8)> {
+        self.elements.map(|count| (0, count))
+    }
+}
+
+impl Named for Row {
+    fn number(&self) -> u16 {
+        self.pnu
+    }
+
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn elements(&self) -> Option<(u8, u8)> {
+        self.elements.map(|count| (1, count))
+    }
+}
+
+/// The parameter of a positioning drive with this number (decimal, or hexadecimal as `0x3EC` or `3ECh`) or name. Of a name
+/// only letters and digits count.
 ///
 /// # Errors
 /// That there is none, and those near it.
 pub(crate) fn parameter(text: &str) -> Result<&'static Entry, String> {
-    if let Some(number) = text.parse().ok().or_else(|| hexadecimal(text)) {
-        let known = Pnu::new(number).ok().and_then(|pnu| TABLE.iter().find(|entry| entry.pnu == pnu));
-        return known.ok_or_else(|| {
-            let near = nearest_entries(|entry| entry.pnu.number().abs_diff(number).into());
-            format!("there is no parameter {number}; near it are {near}")
-        });
+    whole(TABLE.iter(), text).ok_or_else(|| unknown(TABLE.iter(), text))
+}
+
+/// The parameter that `100`, `ramp-up time`, `30.2` or `fixed speeds.2` names, and its element.
+///
+/// # Errors
+/// That there is none and those near it, or no such element.
+pub(crate) fn find<'t, P: Named + 't>(
+    rows: impl Iterator<Item = &'t P> + Clone,
+    text: &str,
+) -> Result<(&'t P, Option<u8>), String> {
+    let named = |row: &P| format!("{} (PNU {})", row.name(), row.number());
+    if let Some(row) = whole(rows.clone(), text) {
+        return match row.elements() {
+            Some((first, count)) => Err(format!(
+                "{} is an array of {count}; name the element, for example {}.{first}",
+                named(row),
+                row.number()
+            )),
+            None => Ok((row, None)),
+        };
+    }
+    let split = text.rsplit_once('.').and_then(|(name, element)| Some((whole(rows.clone(), name)?, element)));
+    let Some((row, element)) = split else { return Err(unknown(rows, text)) };
+    let Some((first, count)) = row.elements() else {
+        return Err(format!("{} is no array; leave '.{element}' out", named(row)));
+    };
+    let last = first.saturating_add(count.saturating_sub(1));
+    match element.parse() {
+        Ok(element) if (first..=last).contains(&element) => Ok((row, Some(element))),
+        Ok(_) | Err(_) => Err(format!("{} has the elements {first} to {last}, not {element}", named(row))),
+    }
+}
+
+fn whole<'t, P: Named + 't>(mut rows: impl Iterator<Item = &'t P>, text: &str) -> Option<&'t P> {
+    if let Some(number) = number(text) {
+        return rows.find(|row| row.number() == number);
     }
     let wanted = plain(text);
-    let known = TABLE.iter().find(|entry| !wanted.is_empty() && plain(entry.name) == wanted);
-    known.ok_or_else(|| {
-        let near = nearest_entries(|entry| {
-            let name = plain(entry.name);
-            // Part of the name is as close as a slip of the pen.
-            let part = !wanted.is_empty() && (name.contains(&wanted) || wanted.contains(&name));
-            if part { 1 } else { levenshtein(&name, &wanted) + 1 }
-        });
-        format!("there is no parameter '{text}'; close to it are {near}")
-    })
+    rows.find(|row| !wanted.is_empty() && plain(row.name()) == wanted)
+}
+
+fn number(text: &str) -> Option<u16> {
+    text.trim().parse().ok().or_else(|| hexadecimal(text))
 }
 
 fn hexadecimal(text: &str) -> Option<u16> {
@@ -40,11 +105,26 @@ fn hexadecimal(text: &str) -> Option<u16> {
     u16::from_str_radix(digits, 16).ok().filter(|_| !digits.starts_with('+'))
 }
 
-/// The entries with the smallest distances.
-fn nearest_entries(distance: impl Fn(&Entry) -> usize) -> String {
-    let mut entries: Vec<&Entry> = TABLE.iter().collect();
-    entries.sort_by_key(|entry| distance(entry));
-    let names = entries.iter().take(MOST_OFFERED).map(|entry| format!("{} {}", entry.pnu, entry.name));
+fn unknown<'t, P: Named + 't>(rows: impl Iterator<Item = &'t P>, text: &str) -> String {
+    if let Some(number) = number(text) {
+        let near = nearest(rows, |row| row.number().abs_diff(number).into());
+        return format!("there is no parameter {number}; near it are {near}");
+    }
+    let wanted = plain(text);
+    let near = nearest(rows, |row| {
+        let name = plain(row.name());
+        // Part of the name is as close as a slip of the pen.
+        let part = !wanted.is_empty() && (name.contains(&wanted) || wanted.contains(&name));
+        if part { 1 } else { levenshtein(&name, &wanted) + 1 }
+    });
+    format!("there is no parameter '{text}'; close to it are {near}")
+}
+
+/// Those with the smallest distances.
+fn nearest<'t, P: Named + 't>(rows: impl Iterator<Item = &'t P>, distance: impl Fn(&P) -> usize) -> String {
+    let mut rows: Vec<&P> = rows.collect();
+    rows.sort_by_key(|row| distance(row));
+    let names = rows.iter().take(MOST_OFFERED).map(|row| format!("{} {}", row.number(), row.name()));
     names.collect::<Vec<_>>().join(", ")
 }
 
@@ -53,54 +133,15 @@ pub(crate) fn plain(name: &str) -> String {
     name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect()
 }
 
-/// The parameter that `100`, `ramp-up time`, `30.2` or `fixed speeds.2` names, and its element. Of a name only letters and
-/// digits count.
-///
-/// # Errors
-/// That there is none, or no such element.
-pub(crate) fn find<'t>(table: &'t Table, text: &str) -> Result<(&'t Row, Option<u8>), String> {
-    if let Some(row) = whole(table, text) {
-        return match row.elements {
-            Some(count) => Err(format!(
-                "{} (PNU {}) is an array of {count}; name the element, for example {}.1",
-                row.name, row.pnu, row.pnu
-            )),
-            None => Ok((row, None)),
-        };
-    }
-    let split = text.rsplit_once('.').and_then(|(name, element)| Some((whole(table, name)?, element)));
-    let Some((row, element)) = split else { return Err(unknown(table, text)) };
-    match (row.elements, element.parse::<u8>()) {
-        (None, _) => Err(format!("{} (PNU {}) is no array; leave '.{element}' out", row.name, row.pnu)),
-        (Some(count), Ok(got)) if (1..=count).contains(&got) => Ok((row, Some(got))),
-        (Some(count), _) => {
-            Err(format!("{} (PNU {}) has the elements 1 to {count}, not {element}", row.name, row.pnu))
-        }
-    }
-}
-
-fn whole<'t>(table: &'t Table, text: &str) -> Option<&'t Row> {
-    if let Ok(pnu) = text.trim().parse() {
-        return table.row(pnu);
-    }
-    let wanted = plain(text);
-    table.rows().find(|row| !wanted.is_empty() && plain(&row.name) == wanted)
-}
-
-fn unknown(table: &Table, text: &str) -> String {
-    let near = did_you_mean(text, table.rows().map(|row| row.name.as_str()));
-    let near = near.map(|name| format!("; did you mean '{name}'?")).unwrap_or_default();
-    format!("the drive has no parameter '{text}'{near}")
-}
-
 #[cfg(all(test, feature = "parameters"))]
 mod tests {
     use super::*;
+    use crate::devices::ppo_drive::table::Table;
 
     #[test]
     fn a_parameter_is_its_number_or_its_name_with_its_element() {
         let table = Table::from_toml(include_str!("../../../examples/ppo_drive.toml")).unwrap();
-        let found = |text| find(&table, text).map(|(row, element)| (row.pnu, element));
+        let found = |text| find(table.rows(), text).map(|(row, element)| (row.pnu, element));
         for (text, place) in [
             ("2", (2, None)),
             ("ramp-up time", (2, None)),
@@ -112,8 +153,8 @@ mod tests {
             assert_eq!(found(text), Ok(place), "{text}");
         }
         for (text, words) in [
-            ("99", "the drive has no parameter '99'"),
-            ("ramp-up tme", "did you mean 'ramp-up time'?"),
+            ("99", "there is no parameter 99; near it are "),
+            ("ramp-up tme", "close to it are 2 ramp-up time"),
             ("30", "is an array of 3; name the element, for example 30.1"),
             ("30.4", "has the elements 1 to 3, not 4"),
             ("30.x", "has the elements 1 to 3, not x"),

@@ -356,7 +356,7 @@ fn table(choices: &Choices) -> Result<Table, Wrong> {
     for (name, number) in &choices.values {
         let wrong = |words: String| Wrong::within("values", name, words);
         let (pnu, element) =
-            named::find(&table, name).map(|(row, element)| (row.pnu, element)).map_err(wrong)?;
+            named::find(table.rows(), name).map(|(row, element)| (row.pnu, element)).map_err(wrong)?;
         let begun = table.begin_with(pnu, element, *number);
         begun.map_err(|error| wrong(format!("'{name}': {error}")))?;
         try_out(&table).map_err(wrong)?;

@@ -99,7 +99,7 @@ impl OnLine for NodeAccess<'_> {
         let (product, device) = self.device(address)?;
         let state = device.node().state();
         Some(Station {
-            description: device,
+            description: device.description(),
             device: product.name,
             product: product.sheet.product_name.into(),
             power: Some(power(device)),
@@ -111,7 +111,7 @@ impl OnLine for NodeAccess<'_> {
     }
 
     fn described(&self, address: u8) -> Option<&dyn Description> {
-        self.device(address).map(|(_, device)| device as &dyn Description)
+        self.device(address).map(|(_, device)| device.description())
     }
 
     fn complete(&self, address: u8, state: &mut State) {
@@ -134,8 +134,12 @@ impl OnLine for NodeAccess<'_> {
 
     fn act(&mut self, address: u8, act: &Act<'_>) -> Result<(), Problem> {
         let there = self.addresses();
-        let done =
-            self.with(address, |product, device, now| act(device, &Acted { now, device: product.name }));
+        let done = self.with(address, |product, device, now| {
+            let mut done = Ok(());
+            let acted = Acted { now, device: product.name };
+            device.act(now, &mut |description| done = act(description, &acted));
+            done
+        });
         done.unwrap_or_else(|| Err(no_station(address, &there)))
     }
 

@@ -6,7 +6,7 @@ use core::time::Duration;
 use super::global_control::Latch;
 use super::{
     AddressFault, CfgFault, CfgTicket, DiagBit, GlobalControl, IoLengths, MASTER_SAP, PrmBit, PrmFault,
-    Service, StoredAddress,
+    Reason, Service, StoredAddress,
 };
 use crate::profibus::fdl::station::DEFAULT_MIN_TSDR;
 use crate::profibus::fdl::{Address, Sap};
@@ -244,6 +244,17 @@ impl fmt::Display for Configuration {
 }
 
 impl Event {
+    /// The number of what the application refused, whose words it has ([`Application::words`](super::Application::words)).
+    pub(crate) const fn refused_number(&self) -> Option<u16> {
+        if let Self::PrmRejected { fault: PrmFault::UserPrm(refusal), .. }
+        | Self::CfgRejected { fault: CfgFault::Refused(refusal), .. } = self
+            && let Reason::Numbered(number) = refusal.reason
+        {
+            return Some(number);
+        }
+        None
+    }
+
     /// Whether it is cyclic detail: a log leaves it out unless asked for more.
     pub(crate) const fn is_detail(&self) -> bool {
         matches!(self, Self::Controlled { changed: false, .. } | Self::Read { .. })

@@ -27,8 +27,7 @@ use core::fmt;
 
 use super::policy::FeedsWatchdog;
 use super::{
-    Application, CfgFault, CfgTicket, Description, Event, ExtDiag, Fixed, Policy, PrmFault, Reason, Refusal,
-    Slave, StoredAddress,
+    Application, CfgTicket, Description, Event, ExtDiag, Fixed, Policy, Refusal, Slave, StoredAddress,
 };
 use crate::profibus::fdl;
 use crate::profibus::fdl::station::TooLate;
@@ -262,34 +261,8 @@ pub struct Explained<'a, A> {
 impl<A: Application> fmt::Display for Explained<'_, A> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.event.fmt(f)?;
-        match self.event {
-            Event::PrmRejected { fault: PrmFault::UserPrm(refusal), .. }
-            | Event::CfgRejected { fault: CfgFault::Refused(refusal), .. } => match refusal.reason {
-                Reason::Text(_) => Ok(()),
-                Reason::Numbered(number) => {
-                    f.write_str(": ")?;
-                    self.application.words(number, f)
-                }
-            },
-            Event::PrmRejected { .. }
-            | Event::CfgRejected { .. }
-            | Event::Parameterised { .. }
-            | Event::PrmForeign { .. }
-            | Event::MinTsdrOnly { .. }
-            | Event::Released { .. }
-            | Event::DataExchange { .. }
-            | Event::CfgToJudge { .. }
-            | Event::WrongOutputLength { .. }
-            | Event::WatchdogExpired { .. }
-            | Event::Controlled { .. }
-            | Event::LatchClosed { .. }
-            | Event::NotServed { .. }
-            | Event::SafeState { .. }
-            | Event::ApplicationSilent { .. }
-            | Event::ApplicationAborted { .. }
-            | Event::Read { .. }
-            | Event::AddressSet { .. }
-            | Event::AddressRefused { .. } => Ok(()),
-        }
+        let Some(number) = self.event.refused_number() else { return Ok(()) };
+        f.write_str(": ")?;
+        self.application.words(number, f)
     }
 }

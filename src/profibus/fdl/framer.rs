@@ -317,5 +317,26 @@ fn cut<'a>(
     Cut { rest: octets, wait_for_idle: false }
 }
 
+/// What can be known of the time of octets on a link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Timing {
+    /// Octets come when they come on the line: a simulated line or a UART. After noise the line must fall
+    /// silent ([`Resync::Idle`]), and a reply is dropped once max T_SDR is over.
+    True,
+    /// Octets come when a scheduler delivers them: pseudo-terminal, TCP, USB adapter. Noise is skipped
+    /// ([`Resync::SCAN`]), and a reply is sent however late, because the master's patience is set for such links.
+    Untrue,
+}
+
+impl Timing {
+    /// The rule for finding the next telegram on a line at `baud`.
+    pub const fn resync(self, baud: BaudRate) -> Resync {
+        match self {
+            Self::True => Resync::Idle(baud),
+            Self::Untrue => Resync::SCAN,
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests;

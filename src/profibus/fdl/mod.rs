@@ -32,7 +32,7 @@ pub mod telegram;
 pub use address::{Address, AddressError, Sap};
 pub use baud_search::{BaudSearch, RateChange};
 pub use counters::{LineCounters, StationCounters};
-pub use framer::{Framer, Resync};
+pub use framer::{Framer, Resync, Timing};
 pub use function_code::{FrameCount, Function, FunctionCode, ReplyStatus, Service, StationType};
 pub use rates::Rates;
 pub use station::{Reception, Reply, Request, Station};

@@ -5,6 +5,7 @@ use std::time::Duration;
 use profidrive::can_bus::can::{Frame, Id};
 use profidrive::can_bus::canopen::storage::Eeprom;
 use profidrive::can_bus::canopen::{NmtState, NodeId};
+use profidrive::devices::CanopenDevice;
 use profidrive::devices::ap10::canopen::{Ap10, Config, Quirks};
 use profidrive::devices::ap10::{Display, Key, Turns};
 use profidrive::time::Instant;
@@ -53,7 +54,7 @@ impl Rig {
     }
 
     pub(crate) fn power_cycle(&mut self) -> Vec<String> {
-        self.device.power_off();
+        self.device.power_off(self.now);
         self.power_on()
     }
 
@@ -157,7 +158,7 @@ impl Rig {
         let frame = Frame::with(Id::base(0x600 + node).unwrap(), request);
         self.device.handle_frame(self.now, &frame);
         let mut answers = Vec::new();
-        while let Some(frame) = self.device.poll_transmit() {
+        while let Some(frame) = self.device.poll_transmit(self.now) {
             if frame.id().number() == u32::from(0x580 + node) {
                 answers.push(frame.octets().try_into().unwrap());
             }
@@ -189,6 +190,6 @@ impl Rig {
     }
 
     pub(crate) fn drain(&mut self) -> Vec<String> {
-        std::iter::from_fn(|| self.device.poll_transmit()).map(|frame| frame.to_string()).collect()
+        std::iter::from_fn(|| self.device.poll_transmit(self.now)).map(|frame| frame.to_string()).collect()
     }
 }

@@ -5,6 +5,7 @@ use std::time::Duration;
 use profidrive::can_bus::can::{Frame, Id};
 use profidrive::can_bus::canopen::NmtState;
 use profidrive::can_bus::cia402::{Mode, State};
+use profidrive::devices::CanopenDevice;
 use profidrive::devices::asda_a2::canopen::{AsdaA2, Quirks};
 use profidrive::devices::asda_a2::{Config, Level, Servo};
 use profidrive::time::Instant;
@@ -43,7 +44,7 @@ impl Rig {
     }
 
     pub(crate) fn drain(&mut self) -> Vec<String> {
-        std::iter::from_fn(|| self.device.poll_transmit()).map(|frame| frame.to_string()).collect()
+        std::iter::from_fn(|| self.device.poll_transmit(self.now)).map(|frame| frame.to_string()).collect()
     }
 
     pub(crate) fn data(&mut self, id: u16, octets: &[u8]) -> Vec<String> {
@@ -70,7 +71,7 @@ impl Rig {
     pub(crate) fn sdo(&mut self, request: [u8; 8]) -> [u8; 8] {
         let frame = Frame::with(Id::base(0x600 + u16::from(NODE)).unwrap(), request);
         self.device.handle_frame(self.now, &frame);
-        let answers: Vec<Frame> = std::iter::from_fn(|| self.device.poll_transmit()).collect();
+        let answers: Vec<Frame> = std::iter::from_fn(|| self.device.poll_transmit(self.now)).collect();
         let mut answers = answers.iter().filter(|frame| frame.id().number() == 0x580 + u32::from(NODE));
         let answer = answers.next().expect("an answer").octets().try_into().unwrap();
         assert!(answers.next().is_none());

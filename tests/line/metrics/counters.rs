@@ -144,9 +144,13 @@ impl Rig {
             Act::FaultOfNode(at) => {
                 if let Some(seat) = seat(known, at) {
                     self.can.with(now, seat, |node: &mut StoredNode, now| {
-                        // Refused while it is off.
-                        let _ = node.act(now, |device, now| device.provoke(now, "battery-empty"));
-                        node.act(now, |device, now| device.make_nominal(now));
+                        node.act(now, |device, now| {
+                            device.act(now, &mut |device| {
+                                // Refused while it is off.
+                                let _ = device.provoke(now, "battery-empty");
+                                device.make_nominal(now);
+                            });
+                        });
                     });
                 }
             }

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use profidrive::devices::CanopenDevice;
 use profidrive::devices::ag03::drive::{Fault, Inputs};
 use profidrive::face::Why;
 

@@ -3,6 +3,7 @@
 use crate::can_bus::canopen::{Address, Sub, Value};
 use crate::can_bus::cia402::{Controlword, State, Statusword};
 use crate::client::{NodeGoal, NodeSigns, NodeTrouble};
+use crate::face::Why;
 use serde_json::json;
 
 use super::{Drive, NEWEST_ERROR, Octets, POSITION, number, say};
@@ -92,7 +93,9 @@ impl Drive {
             control: word(CONTROLWORD).map(Controlword),
             mode: word(MODE).map(i64::from),
         };
-        Some(signs.hindrances().map(|hindrance| hindrance.to_string()).collect())
+        let mut why = Vec::new();
+        signs.each_reason(&mut |reason| why.push(reason.to_string()));
+        Some(why)
     }
 
     /// The history of errors, newest first.

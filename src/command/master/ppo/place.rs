@@ -19,7 +19,7 @@ pub(super) struct Place<'t> {
 impl<'t> Place<'t> {
     /// By number or name; a number need not be in the table.
     pub(super) fn find(table: &'t Table, text: &str) -> Result<Self, Failure> {
-        let error = match named::find(table, text) {
+        let error = match named::find(table.rows(), text) {
             Ok((row, element)) => return Ok(Self::of(row, element)),
             Err(error) => error,
         };

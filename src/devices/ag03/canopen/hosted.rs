@@ -5,7 +5,9 @@ use crate::can_bus::can::{ErrorState, Frame};
 use crate::can_bus::canopen::storage::{Generation, ImageError, NotStored, StoreRequest};
 use crate::can_bus::canopen::{Address, Application, Node, NodeId, Refusal};
 use crate::devices::ag03::unit;
+use crate::devices::ag03::unit::{Outcome, Power, Unit};
 use crate::devices::{CanopenDevice, CanopenEvent, RecallError};
+use crate::face::Description;
 use crate::time::Instant;
 
 impl Ag03Node {
@@ -20,8 +22,16 @@ impl Ag03Node {
 }
 
 impl CanopenDevice for Ag03Node {
+    fn description(&self) -> &dyn Description {
+        self
+    }
+
+    fn act(&mut self, _: Instant, act: &mut dyn FnMut(&mut dyn Description)) {
+        act(self);
+    }
+
     fn node(&self) -> &Node {
-        Self::node(self)
+        &self.node
     }
 
     fn application(&self) -> &dyn Application {
@@ -29,47 +39,66 @@ impl CanopenDevice for Ag03Node {
     }
 
     fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal> {
-        Self::write_without_bus(self, now, at, octets)
+        self.advance(now);
+        let outcome = self.node.write_without_bus(now, at, octets, &mut self.part);
+        self.finish(now);
+        outcome
     }
 
     fn node_id(&self) -> NodeId {
-        Self::node_id(self)
+        self.part.node_id
     }
 
     fn is_on(&self) -> bool {
-        self.power() != crate::devices::ag03::unit::Power::Off
+        self.power() != Power::Off
     }
 
     fn power_on(&mut self, now: Instant) {
-        Self::power_on(self, now);
+        self.supply(now, Unit::power_on);
     }
 
     fn power_off(&mut self, now: Instant) {
-        Self::power_off(self, now);
+        self.supply(now, Unit::power_off);
     }
 
     fn handle_frame(&mut self, now: Instant, frame: &Frame) {
-        Self::handle_frame(self, now, frame);
+        self.advance(now);
+        self.node.handle_frame(now, frame, &mut self.part);
+        if self.cycles.is_manual() {
+            self.run_cycle(now);
+        }
+        self.finish(now);
     }
 
     fn handle_timeout(&mut self, now: Instant) {
-        Self::handle_timeout(self, now);
+        self.advance(now);
+        self.finish(now);
     }
 
-    fn handle_error_state(&mut self, now: Instant, _: ErrorState, to: ErrorState) {
-        Self::set_error_state(self, now, to);
+    fn handle_error_state(&mut self, now: Instant, _: ErrorState, state: ErrorState) {
+        self.advance(now);
+        let was_off = self.part.set_error_state(state);
+        if was_off {
+            // What it wanted to say while the bus was off is old.
+            while self.node.poll_transmit().is_some() {}
+        }
+        self.node.handle_change(now, &mut self.part);
+        self.finish(now);
     }
 
-    fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-        Self::poll_transmit(self, now)
+    fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
+        if self.part.is_bus_off() { None } else { self.node.poll_transmit() }
     }
 
     fn poll_event(&mut self) -> Option<CanopenEvent> {
-        Self::poll_event(self)
+        if let Some(event) = self.part.poll_event() {
+            return Some(CanopenEvent::Ag03(event));
+        }
+        self.node.poll_event().map(CanopenEvent::Node)
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
-        Self::poll_timeout(self)
+        Instant::first_of(self.node.poll_timeout(), self.cycles.next())
     }
 
     fn recall(&mut self, now: Instant, image: &[u8]) -> Result<(), RecallError> {
@@ -82,14 +111,23 @@ impl CanopenDevice for Ag03Node {
         if got < unit::MAX_IMAGE_LEN {
             return Err(ImageError::NoRoom { got });
         }
-        let Some(StoreRequest { generation, octets }) = Self::poll_image(self) else { return Ok(None) };
+        let Some(StoreRequest { generation, octets }) = self.part.unit.poll_image() else { return Ok(None) };
         let image = into.get_mut(..octets.len()).ok_or(ImageError::NoRoom { got })?;
         image.copy_from_slice(&octets);
         Ok(Some(StoreRequest { generation, octets: image }))
     }
 
     fn handle_stored(&mut self, now: Instant, generation: Generation, outcome: Result<(), NotStored>) {
-        Self::handle_stored(self, now, generation, outcome);
+        self.advance(now);
+        let outcome = match self.part.unit.handle_stored(generation, outcome) {
+            Outcome::None => None,
+            Outcome::Safe => Some(Ok(())),
+            Outcome::Undone => Some(Err(NotStored)),
+        };
+        if let (Some(outcome), Some(generation)) = (outcome, self.awaited.take_if(|_| outcome.is_some())) {
+            self.stored(now, generation, outcome);
+        }
+        self.finish(now);
     }
 }
 
@@ -102,15 +140,12 @@ mod tests {
     fn switching_is_told_when_it_happens_and_a_drive_without_supply_has_nothing_to_tell() {
         let now = Instant::ZERO;
         let mut node = Ag03Node::new(Config::new(NodeId::MIN), now).unsupplied(now);
-        assert_eq!(Ag03Node::poll_event(&mut node), None);
-        Ag03Node::power_on(&mut node, now);
-        let on = Ag03Node::poll_event(&mut node);
+        assert_eq!(node.poll_event(), None);
+        node.power_on(now);
+        let on = node.poll_event();
         assert!(matches!(on, Some(CanopenEvent::Ag03(Event::Unit(unit::Event::SwitchedOn(_))))), "{on:?}");
-        while Ag03Node::poll_event(&mut node).is_some() {}
-        Ag03Node::power_off(&mut node, now);
-        assert_eq!(
-            Ag03Node::poll_event(&mut node),
-            Some(CanopenEvent::Ag03(Event::Unit(unit::Event::SwitchedOff)))
-        );
+        while node.poll_event().is_some() {}
+        node.power_off(now);
+        assert_eq!(node.poll_event(), Some(CanopenEvent::Ag03(Event::Unit(unit::Event::SwitchedOff))));
     }
 }

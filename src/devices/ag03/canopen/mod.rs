@@ -18,6 +18,7 @@
 //! use profidrive::can_bus::can::{Frame, Id};
 //! use profidrive::devices::ag03::canopen::{Ag03Node, Config};
 //! use profidrive::can_bus::canopen::NodeId;
+//! use profidrive::devices::CanopenDevice;
 //! use profidrive::time::Instant;
 //!
 //! let now = Instant::ZERO;
@@ -49,14 +50,11 @@ pub mod words;
 use core::time::Duration;
 
 use super::profibus::Leds;
-use crate::can_bus::can::{ErrorState, Frame};
 use crate::can_bus::canopen::storage::Eeprom;
-use crate::can_bus::canopen::{Address, NmtState, Node, NodeId, Refusal};
-use crate::devices::CanopenEvent;
+use crate::can_bus::canopen::{NmtState, Node};
 use crate::devices::ag03::drive::{Inputs, Status, StatusLed, leds};
 use crate::devices::ag03::unit::{
-    BusSettings, Cycles, DipSwitches, Generation, ImageError, ImageOctets, NotStored, Outcome, Power,
-    StoreRequest, Switched, Unit,
+    BusSettings, Cycles, DipSwitches, Generation, ImageError, ImageOctets, NotStored, Power, Switched, Unit,
 };
 use crate::time::Instant;
 
@@ -73,10 +71,8 @@ const BLINK: Duration = Duration::from_millis(200);
 /// How long the bus LED is dark in STOPPED: scan ratio 1:5 (CN-42).
 const STOPPED_DARK: Duration = Duration::from_millis(1000);
 
-/// An AG03/1 as a node on CANopen: frames and time in, frames, events and a deadline out.
+/// An AG03/1 as a node on CANopen: a [`CanopenDevice`](crate::devices::CanopenDevice).
 ///
-/// **After every `handle_*`, drain [`poll_transmit`](Self::poll_transmit), [`poll_event`](Self::poll_event) and
-/// [`poll_image`](Self::poll_image), then wait until a frame arrives or [`poll_timeout`](Self::poll_timeout) has come.**
 /// Never panics, whatever frames it is given.
 #[derive(Clone, Debug)]
 pub struct Ag03Node {
@@ -121,19 +117,9 @@ impl Ag03Node {
         &self.config
     }
 
-    /// The node number, as the DIP switches were when it was switched on.
-    pub const fn node_id(&self) -> NodeId {
-        self.part.node_id
-    }
-
     /// The bit rate in force, in bits per second: 2100h as it was at the last initialisation.
     pub fn bits_per_second(&self) -> u32 {
         self.part.bits_per_second()
-    }
-
-    /// The node without the device: NMT state, which service a frame is.
-    pub(crate) const fn node(&self) -> &Node {
-        &self.node
     }
 
     /// The NMT state, `None` while it is switched off.
@@ -200,17 +186,6 @@ impl Ag03Node {
         }
     }
 
-    /// Opens the switch of the control supply: see [`Unit::power_off`]. Counts as a `handle_*` call.
-    pub fn power_off(&mut self, now: Instant) {
-        self.supply(now, Unit::power_off);
-    }
-
-    /// Closes the switch of the control supply: see [`Unit::power_on`]; the node boots at the number of the DIP switches.
-    /// Counts as a `handle_*` call.
-    pub fn power_on(&mut self, now: Instant) {
-        self.supply(now, Unit::power_on);
-    }
-
     /// Changes what acts on the drive from outside: see [`Unit::set_inputs`]. Counts as a `handle_*` call.
     pub fn set_inputs(&mut self, now: Instant, inputs: Inputs) {
         self.supply(now, |unit| unit.set_inputs(inputs));
@@ -220,94 +195,6 @@ impl Ag03Node {
     pub fn set_switches(&mut self, switches: DipSwitches) {
         self.config.switches = switches;
         self.part.unit.set_switches(switches);
-    }
-
-    /// The error counters of its CAN controller have taken it to another state: faults H and I, EMCY 8120h and 8140h
-    /// (CN-48). Counts as a `handle_*` call.
-    pub fn set_error_state(&mut self, now: Instant, state: ErrorState) {
-        self.advance(now);
-        let was_off = self.part.set_error_state(state);
-        if was_off {
-            // What it wanted to say while the bus was off is old.
-            while self.node.poll_transmit().is_some() {}
-        }
-        self.node.handle_change(now, &mut self.part);
-        self.finish(now);
-    }
-
-    /// A frame of another station was received.
-    pub fn handle_frame(&mut self, now: Instant, frame: &Frame) {
-        self.advance(now);
-        self.node.handle_frame(now, frame, &mut self.part);
-        if self.cycles.is_manual() {
-            self.run_cycle(now);
-        }
-        self.finish(now);
-    }
-
-    /// Writes an entry without the bus: see [`Node::write_without_bus`].
-    ///
-    /// # Errors
-    /// What a client would be told; nothing is changed then.
-    pub(crate) fn write_without_bus(
-        &mut self,
-        now: Instant,
-        at: Address,
-        octets: &[u8],
-    ) -> Result<(), Refusal> {
-        self.advance(now);
-        let outcome = self.node.write_without_bus(now, at, octets, &mut self.part);
-        self.finish(now);
-        outcome
-    }
-
-    /// Time has passed. Spurious calls are harmless.
-    pub fn handle_timeout(&mut self, now: Instant) {
-        self.advance(now);
-        self.finish(now);
-    }
-
-    /// The next frame to send.
-    #[must_use = "the frame is not offered again"]
-    pub fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
-        let _ = now;
-        if self.part.is_bus_off() { None } else { self.node.poll_transmit() }
-    }
-
-    /// When to call [`handle_timeout`](Self::handle_timeout) again; `None` = a frame comes first.
-    #[must_use]
-    pub fn poll_timeout(&self) -> Option<Instant> {
-        Instant::first_of(self.node.poll_timeout(), self.cycles.next())
-    }
-
-    /// The oldest event not taken yet.
-    #[must_use]
-    pub fn poll_event(&mut self) -> Option<CanopenEvent> {
-        if let Some(event) = self.part.poll_event() {
-            return Some(CanopenEvent::Ag03(event));
-        }
-        self.node.poll_event().map(CanopenEvent::Node)
-    }
-
-    /// The image to keep: see [`Unit::poll_image`].
-    #[must_use = "it is not offered again"]
-    pub fn poll_image(&mut self) -> Option<StoreRequest> {
-        self.part.unit.poll_image()
-    }
-
-    /// The host says what became of an image: see [`Unit::handle_stored`]. A waiting SDO is answered; if the image could
-    /// not be kept, with 06060000h, and it has changed nothing.
-    pub fn handle_stored(&mut self, now: Instant, generation: Generation, outcome: Result<(), NotStored>) {
-        self.advance(now);
-        let outcome = match self.part.unit.handle_stored(generation, outcome) {
-            Outcome::None => None,
-            Outcome::Safe => Some(Ok(())),
-            Outcome::Undone => Some(Err(NotStored)),
-        };
-        if let (Some(outcome), Some(generation)) = (outcome, self.awaited.take_if(|_| outcome.is_some())) {
-            self.stored(now, generation, outcome);
-        }
-        self.finish(now);
     }
 
     fn supply(&mut self, now: Instant, change: impl FnOnce(&mut Unit) -> Switched) {

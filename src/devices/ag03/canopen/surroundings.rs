@@ -2,109 +2,54 @@
 
 use super::Ag03Node;
 use crate::can_bus::canopen::{Address, NmtState};
-use crate::devices::ag03::drive::Mode;
+use crate::devices::ag03::drive::{Inputs, Mode};
 use crate::devices::ag03::param::Model;
-use crate::devices::ag03::surroundings;
-use crate::devices::ag03::unit::Power;
-use crate::face::surroundings::{Declined, Face, Glow, Input, Level, Provocable, Surroundings};
-use crate::face::{DriveState, Why};
+use crate::devices::ag03::surroundings::BehindBus;
+use crate::devices::ag03::unit::{Power, Unit};
+use crate::face::DriveState;
+use crate::face::surroundings::Glow;
 use crate::time::Instant;
 
 const CONTROL_WORD: Address = Address::new(0x6040, 0);
 const STATUS_WORD: Address = Address::new(0x6041, 0);
 
-impl Surroundings for Ag03Node {
-    fn each_fault(&self, tell: &mut dyn FnMut(Provocable<'_>)) {
-        let drive = self.unit().drive();
-        let causes = [drive.causes(), drive.provoked_by(self.inputs())];
-        surroundings::each_fault(Model::Ag03_1, causes, tell);
+impl BehindBus for Ag03Node {
+    fn unit(&self) -> &Unit {
+        Self::unit(self)
     }
 
-    fn provoke(&mut self, now: Instant, fault: &str) -> Result<(), Declined> {
-        let fault = surroundings::fault(Model::Ag03_1, fault)?;
-        let inputs = self.unit().drive().provoking(self.inputs(), fault);
+    fn model(&self) -> Model {
+        Model::Ag03_1
+    }
+
+    fn change_inputs(&mut self, now: Instant, inputs: Inputs) {
         self.set_inputs(now, inputs);
-        Ok(())
     }
 
-    fn take_back(&mut self, now: Instant, fault: &str) -> Result<(), Declined> {
-        let fault = surroundings::fault(Model::Ag03_1, fault)?;
-        self.set_inputs(now, surroundings::taken_back(self.inputs(), fault));
-        Ok(())
-    }
-
-    fn each_input(&self, tell: &mut dyn FnMut(&Input, Level)) {
-        surroundings::each_input(Model::Ag03_1, self.inputs(), tell);
-    }
-
-    fn set_input(&mut self, now: Instant, name: &str, level: Level) {
-        if let Some(inputs) = surroundings::with_input(Model::Ag03_1, self.inputs(), name, level) {
-            self.set_inputs(now, inputs);
+    fn bus_led(&self) -> Glow {
+        match self.nmt_state() {
+            None => Glow::Off,
+            Some(NmtState::PreOperational | NmtState::Stopped) => Glow::Blinking,
+            Some(NmtState::Operational) => Glow::On,
         }
     }
 
-    fn nominal(&self, name: &str) -> Option<Level> {
-        surroundings::nominal_level(name)
+    fn state_on_bus(&self) -> DriveState {
+        match self.power() {
+            Power::On => self.state().into(),
+            Power::Off | Power::FactoryReset(_) => DriveState::Off,
+        }
     }
 
-    fn calculated(&self, name: &str) -> Option<f64> {
-        surroundings::calculated(self.unit().drive(), name)
-    }
-
-    fn make_nominal(&mut self, now: Instant) {
-        self.set_inputs(now, surroundings::nominal(self.inputs()));
-    }
-
-    fn each_key(&self, tell: &mut dyn FnMut(&'static str, bool)) {
-        surroundings::each_key(self.inputs(), tell);
-    }
-
-    fn press(&mut self, now: Instant, key: &str, down: bool) -> Result<(), Declined> {
-        self.set_inputs(now, surroundings::with_key(self.inputs(), key, down)?);
-        Ok(())
-    }
-
-    fn face(&self, _now: Instant) -> Face {
-        let (status, bus) = match (self.power(), self.nmt_state()) {
-            (Power::Off, _) => (Glow::Off, Glow::Off),
-            (Power::FactoryReset(_), _) => (Glow::Alternating, Glow::Alternating),
-            (Power::On, nmt) => {
-                let status = surroundings::glow(self.status().led);
-                let bus = match nmt {
-                    None => Glow::Off,
-                    Some(NmtState::PreOperational | NmtState::Stopped) => Glow::Blinking,
-                    Some(NmtState::Operational) => Glow::On,
-                };
-                (status, bus)
-            }
-        };
-        Face::default().led("status green", status).led("bus orange", bus)
-    }
-
-    fn words(&self) -> &'static [Address] {
+    fn word_entries(&self) -> &'static [Address] {
         &[CONTROL_WORD, STATUS_WORD]
     }
 
-    fn mode(&self) -> i64 {
+    fn mode_on_bus(&self) -> i64 {
         match self.status().mode {
             Mode::Positioning => 1,
             Mode::Velocity => 2,
         }
-    }
-
-    fn is_drive(&self) -> bool {
-        true
-    }
-
-    fn drive_state(&self) -> Option<DriveState> {
-        Some(match self.power() {
-            Power::On => self.state().into(),
-            Power::Off | Power::FactoryReset(_) => DriveState::Off,
-        })
-    }
-
-    fn why(&self) -> Option<&dyn Why> {
-        Some(self)
     }
 }
 
@@ -113,8 +58,9 @@ mod tests {
     use super::super::Config;
     use super::*;
     use crate::can_bus::canopen::NodeId;
-    use crate::devices::ag03::drive::Inputs;
-    use crate::face::surroundings::InputKind;
+    use crate::devices::CanopenDevice;
+    use crate::face::surroundings::{Declined, InputKind, Level};
+    use crate::face::{Surroundings, Why};
 
     #[test]
     fn each_input_is_set_and_read_back_and_nominal_is_as_made() {

@@ -30,7 +30,6 @@ mod action;
 mod command;
 mod event;
 mod faults;
-mod input_change;
 mod inputs;
 mod lapse;
 pub mod leds;
@@ -55,8 +54,7 @@ use crate::devices::ag03::param::{Gear, Lengths, Model};
 pub use command::{Command, Operation};
 pub use event::{DisableCause, Event, Inch, Travel, Velocity, Warning};
 pub use faults::{Fault, FaultBuffer, FaultSet};
-pub use input_change::InputChange;
-pub use inputs::Inputs;
+pub use inputs::{InputChange, Inputs};
 pub use leds::StatusLed;
 pub use memory::Memory;
 pub use quirks::Quirks;
@@ -266,24 +264,11 @@ impl Drive {
     /// The target of the travel job or of inching 1 that is carried out or paused, in user units, whatever setpoint the
     /// bus gives meanwhile; `None` without one.
     pub(crate) const fn target(&self) -> Option<i32> {
-        match self.state {
-            State::TravelActive
-            | State::Pausing { .. }
-            | State::Paused { .. }
-            | State::Inching(Inching::One) => Some(self.setpoint),
-            State::Off
-            | State::NotReady
-            | State::ReadyToRun(_)
-            | State::OperationEnabled(_)
-            | State::Disabling
-            | State::Stopping
-            | State::Inching(Inching::Two(_) | Inching::Ending)
-            | State::VelocityTravelling
-            | State::KeyInching(_)
-            | State::KeyInchingEnding
-            | State::Fault
-            | State::TurnOnDisabled => None,
-        }
+        let has_one = matches!(
+            self.state,
+            State::TravelActive | State::Pausing { .. } | State::Paused { .. } | State::Inching(Inching::One)
+        );
+        if has_one { Some(self.setpoint) } else { None }
     }
 
     /// Whether another step with the same command, inputs and settings would change nothing.

@@ -272,23 +272,8 @@ impl Drive {
         match self.frame.mode {
             Mode::Positioning => position.abs_diff(self.setpoint) <= u32::from(self.window),
             Mode::Velocity => {
-                let target = match self.state {
-                    State::VelocityTravelling => self.velocity_setpoint(&self.previous),
-                    State::Off
-                    | State::NotReady
-                    | State::ReadyToRun(_)
-                    | State::OperationEnabled(_)
-                    | State::Disabling
-                    | State::TravelActive
-                    | State::Pausing { .. }
-                    | State::Paused { .. }
-                    | State::Stopping
-                    | State::Inching(_)
-                    | State::KeyInching(_)
-                    | State::KeyInchingEnding
-                    | State::Fault
-                    | State::TurnOnDisabled => 0,
-                };
+                let turns = self.state == State::VelocityTravelling;
+                let target = if turns { self.velocity_setpoint(&self.previous) } else { 0 };
                 (rpm - f64::from(target)).abs() <= f64::from(self.window)
             }
         }

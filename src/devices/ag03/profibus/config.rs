@@ -7,7 +7,7 @@ use crate::devices::ag03::param::{Gear, Model};
 use crate::devices::ag03::unit;
 use crate::devices::ag03::unit::{ApplicationCycle, DipSwitches, Eeprom, dip};
 use crate::profibus::dp;
-use crate::profibus::fdl::{Framer, Resync};
+use crate::profibus::fdl::{Framer, Timing};
 use crate::profibus::pkw;
 use crate::time::BaudRate;
 
@@ -88,27 +88,6 @@ impl Config {
     pub(super) const fn unit(&self) -> unit::Config {
         let Self { model, gear, switches, reset_patterns, eeprom, param, drive, .. } = *self;
         unit::Config { model, gear, switches, reset_patterns, eeprom, param, drive }
-    }
-}
-
-/// What can be known of the time of octets on a link.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Timing {
-    /// Octets come when they come on the line: a simulated line or a UART. After noise the line must fall
-    /// silent ([`Resync::Idle`]), and a reply is dropped once max T_SDR is over.
-    True,
-    /// Octets come when a scheduler delivers them: pseudo-terminal, TCP, USB adapter. Noise is skipped
-    /// ([`Resync::SCAN`]), and a reply is sent however late, because the master's patience is set for such links.
-    Untrue,
-}
-
-impl Timing {
-    /// The rule for finding the next telegram on a line at `baud`.
-    pub const fn resync(self, baud: BaudRate) -> Resync {
-        match self {
-            Self::True => Resync::Idle(baud),
-            Self::Untrue => Resync::SCAN,
-        }
     }
 }
 

@@ -61,8 +61,8 @@ pub use crate::devices::ag03::unit::{
     ApplicationCycle, CycleTooShort, DEFAULT_APPLICATION_CYCLE, DipSwitches, Eeprom, EepromState, Generation,
     IMAGE_LEN, ImageError, ImageOctets, MAX_IMAGE_LEN, NotStored, Power, StoreRequest, dip,
 };
-pub use crate::profibus::fdl::MAX_TELEGRAM_LEN;
-pub use config::{Config, Timing};
+pub use crate::profibus::fdl::{MAX_TELEGRAM_LEN, Timing};
+pub use config::Config;
 pub use event::Event;
 pub use hint::Hint;
 pub use job::JobText;

@@ -1,91 +1,37 @@
 //! What surrounds the drive, and what is seen of it.
 
-use core::fmt;
-
-use super::{Device, Power};
-use crate::devices::ag03::surroundings;
-use crate::face::surroundings::{Declined, Face, Glow, Input, Level, Provocable, Surroundings};
-use crate::face::{DriveState, Why};
+use super::Device;
+use crate::devices::ag03::drive::Inputs;
+use crate::devices::ag03::param::Model;
+use crate::devices::ag03::surroundings::BehindBus;
+use crate::devices::ag03::unit::Unit;
+use crate::face::DriveState;
+use crate::face::surroundings::Glow;
 use crate::profibus::dp;
 use crate::time::Instant;
 
-impl Surroundings for Device {
-    fn each_fault(&self, tell: &mut dyn FnMut(Provocable<'_>)) {
-        let (drive, inputs) = (self.drive(), self.inputs());
-        let causes = [drive.causes(), drive.provoked_by(inputs)];
-        surroundings::each_fault(self.config().model, causes, tell);
+impl BehindBus for Device {
+    fn unit(&self) -> &Unit {
+        Self::unit(self)
     }
 
-    fn provoke(&mut self, now: Instant, fault: &str) -> Result<(), Declined> {
-        let fault = surroundings::fault(self.config().model, fault)?;
-        let inputs = self.drive().provoking(self.inputs(), fault);
+    fn model(&self) -> Model {
+        self.config().model
+    }
+
+    fn change_inputs(&mut self, now: Instant, inputs: Inputs) {
         self.set_inputs(now, inputs);
-        Ok(())
     }
 
-    fn take_back(&mut self, now: Instant, fault: &str) -> Result<(), Declined> {
-        let fault = surroundings::fault(self.config().model, fault)?;
-        self.set_inputs(now, surroundings::taken_back(self.inputs(), fault));
-        Ok(())
-    }
-
-    fn each_input(&self, tell: &mut dyn FnMut(&Input, Level)) {
-        surroundings::each_input(self.config().model, self.inputs(), tell);
-    }
-
-    fn set_input(&mut self, now: Instant, name: &str, level: Level) {
-        if let Some(inputs) = surroundings::with_input(self.config().model, self.inputs(), name, level) {
-            self.set_inputs(now, inputs);
+    fn bus_led(&self) -> Glow {
+        match self.dp_state() {
+            dp::State::DataExch => Glow::On,
+            dp::State::WaitPrm | dp::State::WaitCfg => Glow::Off,
         }
     }
 
-    fn nominal(&self, name: &str) -> Option<Level> {
-        surroundings::nominal_level(name)
-    }
-
-    fn calculated(&self, name: &str) -> Option<f64> {
-        surroundings::calculated(self.drive(), name)
-    }
-
-    fn make_nominal(&mut self, now: Instant) {
-        self.set_inputs(now, surroundings::nominal(self.inputs()));
-    }
-
-    fn each_lack(&self, name: &str, say: &mut dyn FnMut(&dyn fmt::Display)) {
-        surroundings::each_lack(self.config().model, name, say);
-    }
-
-    fn each_key(&self, tell: &mut dyn FnMut(&'static str, bool)) {
-        surroundings::each_key(self.inputs(), tell);
-    }
-
-    fn press(&mut self, now: Instant, key: &str, down: bool) -> Result<(), Declined> {
-        self.set_inputs(now, surroundings::with_key(self.inputs(), key, down)?);
-        Ok(())
-    }
-
-    fn face(&self, _now: Instant) -> Face {
-        let (status, bus) = match (self.power(), self.dp_state()) {
-            (Power::Off, _) => (Glow::Off, Glow::Off),
-            (Power::FactoryReset(_), _) => (Glow::Alternating, Glow::Alternating),
-            (Power::On, dp::State::DataExch) => (surroundings::glow(self.status().led), Glow::On),
-            (Power::On, dp::State::WaitPrm | dp::State::WaitCfg) => {
-                (surroundings::glow(self.status().led), Glow::Off)
-            }
-        };
-        Face::default().led("status green", status).led("bus orange", bus)
-    }
-
-    fn is_drive(&self) -> bool {
-        true
-    }
-
-    fn why(&self) -> Option<&dyn Why> {
-        Some(self)
-    }
-
-    fn drive_state(&self) -> Option<DriveState> {
-        Some(Self::drive_state(self))
+    fn state_on_bus(&self) -> DriveState {
+        self.drive_state()
     }
 }
 
@@ -93,8 +39,8 @@ impl Surroundings for Device {
 mod tests {
     use super::super::Config;
     use super::*;
-    use crate::devices::ag03::drive::Inputs;
-    use crate::devices::ag03::param::Model;
+    use crate::face::Surroundings;
+    use crate::face::surroundings::{Declined, Level};
     use crate::profibus::fdl::Address;
 
     fn device(model: Model) -> Device {

@@ -1,15 +1,25 @@
 //! The indicator as hosts run it.
 
-use super::Ap10;
+use super::{Ap10, Power};
 use crate::can_bus::can::{ErrorState, Frame};
 use crate::can_bus::canopen::storage::{Generation, ImageError, NotStored, StoreRequest};
 use crate::can_bus::canopen::{Address, Application, Node, Refusal};
+use crate::devices::ap10::Setting;
 use crate::devices::{CanopenDevice, CanopenEvent, RecallError};
+use crate::face::Description;
 use crate::time::Instant;
 
 impl CanopenDevice for Ap10 {
+    fn description(&self) -> &dyn Description {
+        self
+    }
+
+    fn act(&mut self, _: Instant, act: &mut dyn FnMut(&mut dyn Description)) {
+        act(self);
+    }
+
     fn node(&self) -> &Node {
-        Self::node(self)
+        &self.node
     }
 
     fn application(&self) -> &dyn Application {
@@ -21,23 +31,53 @@ impl CanopenDevice for Ap10 {
     }
 
     fn is_on(&self) -> bool {
-        self.power != super::Power::Off
+        self.power != Power::Off
     }
 
     fn power_on(&mut self, now: Instant) {
-        Self::power_on(self, now);
+        if self.power != Power::Off {
+            return;
+        }
+        self.turn_on(now);
+        let automatic = self.unit.kept_setting(Setting::BaudRate) == 0;
+        if self.unit.quirks.listens_first && automatic {
+            self.power = Power::Listening;
+        } else {
+            self.power = Power::On;
+            self.node.power_on(now, &mut self.unit);
+        }
     }
 
     fn power_off(&mut self, _: Instant) {
-        Self::power_off(self);
+        self.power = Power::Off;
+        self.unit.power_off();
+        self.node.power_off();
     }
 
     fn handle_frame(&mut self, now: Instant, frame: &Frame) {
-        Self::handle_frame(self, now, frame);
+        match self.power {
+            // It only tells what it ignores.
+            Power::Off => self.node.handle_frame(now, frame, &mut self.unit),
+            // Any valid frame has the rate; it is not understood itself.
+            Power::Listening => {
+                self.power = Power::On;
+                self.node.power_on(now, &mut self.unit);
+            }
+            Power::On => {
+                self.timeouts(now);
+                self.node.handle_frame(now, frame, &mut self.unit);
+            }
+        }
     }
 
     fn handle_timeout(&mut self, now: Instant) {
-        Self::handle_timeout(self, now);
+        if self.power == Power::On {
+            if self.spin_due().is_some_and(|due| due <= now) {
+                self.turn_on(now);
+            }
+            self.timeouts(now);
+            self.node.handle_timeout(now, &mut self.unit);
+        }
     }
 
     fn handle_error_state(&mut self, now: Instant, from: ErrorState, to: ErrorState) {
@@ -49,26 +89,32 @@ impl CanopenDevice for Ap10 {
     }
 
     fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
-        Self::poll_transmit(self)
+        self.node.poll_transmit()
     }
 
     fn poll_event(&mut self) -> Option<CanopenEvent> {
-        Self::poll_event(self).map(CanopenEvent::Node)
+        self.node.poll_event().map(CanopenEvent::Node)
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
-        Self::poll_timeout(self)
+        match self.power {
+            Power::Off | Power::Listening => None,
+            Power::On => {
+                let due = Instant::first_of(self.node.poll_timeout(), self.unit.poll_timeout());
+                Instant::first_of(due, self.spin_due())
+            }
+        }
     }
 
     fn recall(&mut self, now: Instant, image: &[u8]) -> Result<(), RecallError> {
-        Ok(Self::recall(self, now, image)?)
+        Ok(self.node.recall(now, image, &mut self.unit)?)
     }
 
     fn poll_image<'a>(&mut self, into: &'a mut [u8]) -> Result<Option<StoreRequest<&'a [u8]>>, ImageError> {
-        Self::poll_image(self, into)
+        self.node.poll_image(&self.unit, into)
     }
 
     fn handle_stored(&mut self, now: Instant, generation: Generation, outcome: Result<(), NotStored>) {
-        Self::handle_stored(self, now, generation, outcome);
+        self.node.handle_stored(now, generation, outcome, &mut self.unit);
     }
 }

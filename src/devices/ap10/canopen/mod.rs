@@ -1,9 +1,9 @@
 //! The position indicator SIKO AP10 on CANopen: frames, keys and a shaft in, frames and a display out.
 //!
-//! After every `handle_*` and every input drain [`Ap10::poll_transmit`] and [`Ap10::poll_event`], then wait until a
-//! frame arrives or [`Ap10::poll_timeout`] has come. With [`Eeprom::Host`] poll images, too.
+//! A [`CanopenDevice`](crate::devices::CanopenDevice): after every call with `now` drain what it polls.
 //!
 //! ```
+//! use profidrive::devices::CanopenDevice;
 //! use profidrive::devices::ap10::Turns;
 //! use profidrive::can_bus::canopen::NodeId;
 //! use profidrive::devices::ap10::canopen::{Ap10, Config};
@@ -12,7 +12,7 @@
 //! let now = Instant::ZERO;
 //! let mut device = Ap10::new(Config::new(NodeId::new(125)?));
 //! device.power_on(now);
-//! let boot_up = device.poll_transmit().expect("a node that is switched on says so");
+//! let boot_up = device.poll_transmit(now).expect("a node that is switched on says so");
 //! assert_eq!(boot_up.to_string(), "77D#00");
 //! device.turn_to(now, Turns::from_revolutions(0.5));
 //! assert_eq!(device.display().rows[0].text(), "440");
@@ -42,11 +42,10 @@ pub use quirks::{QUIRKS, Quirks, SdoCodes, SoftwareVersion};
 pub use spin::MAX_RPM;
 pub use vocabulary::VOCABULARY;
 
-use crate::can_bus::can::Frame;
 use crate::can_bus::canopen::eds::Sheet;
-use crate::can_bus::canopen::storage::{Eeprom, Generation, ImageError, NotStored, StoreRequest};
-use crate::can_bus::canopen::{Event, Node, NodeId};
-use crate::devices::ap10::{Backup, Display, Fault, Indicator, Key, Setting, Turns};
+use crate::can_bus::canopen::storage::Eeprom;
+use crate::can_bus::canopen::{Node, NodeId};
+use crate::devices::ap10::{Backup, Display, Fault, Indicator, Key, Turns};
 use crate::time::Instant;
 use spin::Spin;
 use unit::Unit;
@@ -101,11 +100,6 @@ impl Ap10 {
         }
     }
 
-    /// The node on the bus.
-    pub const fn node(&self) -> &Node {
-        &self.node
-    }
-
     /// The device without its bus.
     pub const fn indicator(&self) -> &Indicator {
         &self.unit.indicator
@@ -117,101 +111,6 @@ impl Ap10 {
             Power::Off => Display::DARK,
             Power::Listening | Power::On => self.unit.indicator.display(),
         }
-    }
-
-    /// Takes over an image before the first power-on.
-    ///
-    /// # Errors
-    /// [`ImageError`]; nothing is taken over then.
-    pub fn recall(&mut self, now: Instant, image: &[u8]) -> Result<(), ImageError> {
-        self.node.recall(now, image, &mut self.unit)
-    }
-
-    /// Supply on.
-    pub fn power_on(&mut self, now: Instant) {
-        if self.power != Power::Off {
-            return;
-        }
-        self.turn_on(now);
-        let automatic = self.unit.kept_setting(Setting::BaudRate) == 0;
-        if self.unit.quirks.listens_first && automatic {
-            self.power = Power::Listening;
-        } else {
-            self.power = Power::On;
-            self.node.power_on(now, &mut self.unit);
-        }
-    }
-
-    /// Supply off: what was not saved is lost, the battery counts turns.
-    pub fn power_off(&mut self) {
-        self.power = Power::Off;
-        self.unit.power_off();
-        self.node.power_off();
-    }
-
-    /// A frame was received.
-    pub fn handle_frame(&mut self, now: Instant, frame: &Frame) {
-        match self.power {
-            // It only tells what it ignores.
-            Power::Off => self.node.handle_frame(now, frame, &mut self.unit),
-            // Any valid frame has the rate; it is not understood itself.
-            Power::Listening => {
-                self.power = Power::On;
-                self.node.power_on(now, &mut self.unit);
-            }
-            Power::On => {
-                self.timeouts(now);
-                self.node.handle_frame(now, frame, &mut self.unit);
-            }
-        }
-    }
-
-    /// The deadline of [`poll_timeout`](Self::poll_timeout) has come, or any other instant.
-    pub fn handle_timeout(&mut self, now: Instant) {
-        if self.power == Power::On {
-            if self.spin_due().is_some_and(|due| due <= now) {
-                self.turn_on(now);
-            }
-            self.timeouts(now);
-            self.node.handle_timeout(now, &mut self.unit);
-        }
-    }
-
-    /// When [`handle_timeout`](Self::handle_timeout) is to be called.
-    pub fn poll_timeout(&self) -> Option<Instant> {
-        match self.power {
-            Power::Off | Power::Listening => None,
-            Power::On => {
-                let due = Instant::first_of(self.node.poll_timeout(), self.unit.poll_timeout());
-                Instant::first_of(due, self.spin_due())
-            }
-        }
-    }
-
-    /// The next frame to send.
-    pub fn poll_transmit(&mut self) -> Option<Frame> {
-        self.node.poll_transmit()
-    }
-
-    /// The next event of the node.
-    pub fn poll_event(&mut self) -> Option<Event> {
-        self.node.poll_event()
-    }
-
-    /// The image to keep ([`Node::poll_image`]).
-    ///
-    /// # Errors
-    /// [`ImageError::NoRoom`]; it stays on offer.
-    pub fn poll_image<'a>(
-        &mut self,
-        into: &'a mut [u8],
-    ) -> Result<Option<StoreRequest<&'a [u8]>>, ImageError> {
-        self.node.poll_image(&self.unit, into)
-    }
-
-    /// What became of an image ([`Node::handle_stored`]).
-    pub fn handle_stored(&mut self, now: Instant, generation: Generation, outcome: Result<(), NotStored>) {
-        self.node.handle_stored(now, generation, outcome, &mut self.unit);
     }
 
     /// The shaft is turned to that angle, with supply or without, and stays there.
@@ -279,13 +178,13 @@ impl Ap10 {
     }
 
     /// The CAN controller is error passive, or not any more.
-    pub fn set_error_passive(&mut self, now: Instant, passive: bool) {
+    fn set_error_passive(&mut self, now: Instant, passive: bool) {
         self.unit.set_error_passive(passive);
         self.change(now);
     }
 
     /// The CAN controller was off the bus and is back.
-    pub fn recover_from_bus_off(&mut self, now: Instant) {
+    fn recover_from_bus_off(&mut self, now: Instant) {
         self.unit.bus_off_recovered();
         self.change(now);
     }

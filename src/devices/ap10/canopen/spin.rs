@@ -64,6 +64,7 @@ mod tests {
     use super::super::Config;
     use super::*;
     use crate::can_bus::canopen::NodeId;
+    use crate::devices::CanopenDevice;
 
     #[test]
     fn a_shaft_turns_with_its_speed_and_above_the_limit_the_speed_fault_is_there() {

@@ -135,6 +135,7 @@ mod tests {
     use super::super::Config;
     use super::*;
     use crate::can_bus::canopen::NodeId;
+    use crate::devices::CanopenDevice;
 
     #[test]
     fn what_is_seen_is_said_in_one_line() {

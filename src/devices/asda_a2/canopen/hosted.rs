@@ -4,12 +4,22 @@ use super::AsdaA2;
 use crate::can_bus::can::{ErrorState, Frame};
 use crate::can_bus::canopen::storage::{Generation, ImageError, NotStored, StoreRequest};
 use crate::can_bus::canopen::{Address, Application, Node, Refusal};
+use crate::devices::asda_a2::Alarm;
 use crate::devices::{CanopenDevice, CanopenEvent, RecallError};
+use crate::face::Description;
 use crate::time::Instant;
 
 impl CanopenDevice for AsdaA2 {
+    fn description(&self) -> &dyn Description {
+        self
+    }
+
+    fn act(&mut self, _: Instant, act: &mut dyn FnMut(&mut dyn Description)) {
+        act(self);
+    }
+
     fn node(&self) -> &Node {
-        Self::node(self)
+        &self.node
     }
 
     fn application(&self) -> &dyn Application {
@@ -22,35 +32,51 @@ impl CanopenDevice for AsdaA2 {
     }
 
     fn power_on(&mut self, now: Instant) {
-        Self::power_on(self, now);
+        self.drive.servo.advance(now);
+        self.node.power_on(now, &mut self.drive);
     }
 
     fn power_off(&mut self, now: Instant) {
-        Self::power_off(self, now);
+        self.drive.servo.advance(now);
+        self.drive.servo.power_off();
+        self.node.power_off();
     }
 
     fn handle_frame(&mut self, now: Instant, frame: &Frame) {
-        Self::handle_frame(self, now, frame);
+        self.drive.servo.advance(now);
+        if self.quirks.overrun_alarms {
+            self.watch_overrun(now, frame);
+        }
+        self.node.handle_frame(now, frame, &mut self.drive);
+        self.node.handle_change(now, &mut self.drive);
     }
 
     fn handle_timeout(&mut self, now: Instant) {
-        Self::handle_timeout(self, now);
+        self.drive.servo.advance(now);
+        self.node.handle_timeout(now, &mut self.drive);
+        self.node.handle_change(now, &mut self.drive);
     }
 
-    fn handle_error_state(&mut self, now: Instant, _: ErrorState, to: ErrorState) {
-        Self::set_error_state(self, now, to);
+    fn handle_error_state(&mut self, now: Instant, _: ErrorState, state: ErrorState) {
+        self.drive.servo.advance(now);
+        match state {
+            ErrorState::Active => self.drive.servo.end(Alarm::CanErrors),
+            ErrorState::Passive => self.drive.servo.raise(Alarm::CanErrors),
+            ErrorState::BusOff => self.drive.servo.raise(Alarm::BusOff),
+        }
+        self.node.handle_change(now, &mut self.drive);
     }
 
     fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
-        Self::poll_transmit(self)
+        self.node.poll_transmit()
     }
 
     fn poll_event(&mut self) -> Option<CanopenEvent> {
-        Self::poll_event(self).map(CanopenEvent::Node)
+        self.node.poll_event().map(CanopenEvent::Node)
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
-        Self::poll_timeout(self)
+        Instant::first_of(self.node.poll_timeout(), self.drive.servo.poll_timeout())
     }
 
     fn recall(&mut self, now: Instant, image: &[u8]) -> Result<(), RecallError> {

@@ -33,9 +33,9 @@ pub use objects::SHEET;
 pub use quirks::{QUIRKS, Quirks};
 pub use vocabulary::VOCABULARY;
 
-use crate::can_bus::can::{ErrorState, Frame, Id};
+use crate::can_bus::can::{Frame, Id};
 use crate::can_bus::canopen::storage::Eeprom;
-use crate::can_bus::canopen::{Event, Node, Object, cob_id};
+use crate::can_bus::canopen::{Node, Object, cob_id};
 use crate::can_bus::cia402::Statusword;
 use crate::devices::asda_a2::{Alarm, Inputs, Servo};
 use crate::time::Instant;
@@ -49,8 +49,7 @@ const MAX_WATCHED: usize = 8;
 
 /// The drive on its bus.
 ///
-/// After every call with `now` drain [`poll_transmit`](Self::poll_transmit) and [`poll_event`](Self::poll_event), then
-/// wait until a frame arrives or [`poll_timeout`](Self::poll_timeout) has come. Never panics, whatever frames it is given.
+/// A [`CanopenDevice`](crate::devices::CanopenDevice). Never panics, whatever frames it is given.
 #[derive(Clone, Debug)]
 pub struct AsdaA2 {
     node: Node,
@@ -85,11 +84,6 @@ impl AsdaA2 {
         objects::of(level)
     }
 
-    /// The node, to look at.
-    pub const fn node(&self) -> &Node {
-        &self.node
-    }
-
     /// Calls `change` with the node and the device as the functions of [`Node`] want them, as for its storage.
     pub fn with_node<R>(
         &mut self,
@@ -106,51 +100,6 @@ impl AsdaA2 {
     /// 6041h.
     pub fn statusword(&self) -> Statusword {
         self.drive.statusword()
-    }
-
-    /// Switches the drive on.
-    pub fn power_on(&mut self, now: Instant) {
-        self.drive.servo.advance(now);
-        self.node.power_on(now, &mut self.drive);
-    }
-
-    /// Switches the drive off. What is not stored is lost with the next power-on.
-    pub fn power_off(&mut self, now: Instant) {
-        self.drive.servo.advance(now);
-        self.drive.servo.power_off();
-        self.node.power_off();
-    }
-
-    /// A frame was received.
-    pub fn handle_frame(&mut self, now: Instant, frame: &Frame) {
-        self.drive.servo.advance(now);
-        if self.quirks.overrun_alarms {
-            self.watch_overrun(now, frame);
-        }
-        self.node.handle_frame(now, frame, &mut self.drive);
-        self.node.handle_change(now, &mut self.drive);
-    }
-
-    /// The deadline has come, or any other instant.
-    pub fn handle_timeout(&mut self, now: Instant) {
-        self.drive.servo.advance(now);
-        self.node.handle_timeout(now, &mut self.drive);
-        self.node.handle_change(now, &mut self.drive);
-    }
-
-    /// The next frame to send.
-    pub fn poll_transmit(&mut self) -> Option<Frame> {
-        self.node.poll_transmit()
-    }
-
-    /// The next event.
-    pub fn poll_event(&mut self) -> Option<Event> {
-        self.node.poll_event()
-    }
-
-    /// When [`handle_timeout`](Self::handle_timeout) is due.
-    pub fn poll_timeout(&self) -> Option<Instant> {
-        Instant::first_of(self.node.poll_timeout(), self.drive.servo.poll_timeout())
     }
 
     /// What surrounds the drive.
@@ -176,18 +125,6 @@ impl AsdaA2 {
     pub fn take_back_alarm(&mut self, now: Instant, alarm: Alarm) {
         self.drive.servo.advance(now);
         self.drive.servo.take_back(alarm);
-        self.node.handle_change(now, &mut self.drive);
-    }
-
-    /// The error counters of its CAN controller have taken it to another state: AL185 while it is error passive, AL186
-    /// once it was bus off (CN-205).
-    pub fn set_error_state(&mut self, now: Instant, state: ErrorState) {
-        self.drive.servo.advance(now);
-        match state {
-            ErrorState::Active => self.drive.servo.end(Alarm::CanErrors),
-            ErrorState::Passive => self.drive.servo.raise(Alarm::CanErrors),
-            ErrorState::BusOff => self.drive.servo.raise(Alarm::BusOff),
-        }
         self.node.handle_change(now, &mut self.drive);
     }
 

@@ -78,7 +78,7 @@ impl Surroundings for AsdaA2 {
 
     fn provoke(&mut self, now: Instant, fault: &str) -> Result<(), Declined> {
         let alarm = Alarm::parse(fault).ok_or(Declined::Unknown)?;
-        if self.node().state().is_none() {
+        if self.node.state().is_none() {
             return Err(Declined::SwitchedOff);
         }
         Self::provoke(self, now, alarm);
@@ -132,7 +132,7 @@ impl Surroundings for AsdaA2 {
     fn face(&self, _now: Instant) -> Face {
         use core::fmt::Write;
         let mut digits = heapless::String::<8>::new();
-        if self.node().state().is_some() {
+        if self.node.state().is_some() {
             let _ = write!(digits, "{}", self.servo().panel());
         }
         Face::default().row(&digits, false)
@@ -151,7 +151,7 @@ impl Surroundings for AsdaA2 {
     }
 
     fn drive_state(&self) -> Option<DriveState> {
-        Some(match self.node().state() {
+        Some(match self.node.state() {
             Some(_) => self.servo().state().into(),
             None => DriveState::Off,
         })

@@ -9,7 +9,7 @@ use crate::face::{Reason, Why};
 impl Why for AsdaA2 {
     fn each_reason(&self, tell: &mut dyn FnMut(Reason<'_>)) {
         let servo = self.servo();
-        let Some(nmt) = self.node().state() else { return tell(reasons::SWITCHED_OFF) };
+        let Some(nmt) = self.node.state() else { return tell(reasons::SWITCHED_OFF) };
         reasons::of_node(nmt, tell);
         for alarm in servo.alarms() {
             tell(Reason::new("Alarm", &format_args!("alarm {alarm}: {}", alarm.text())));

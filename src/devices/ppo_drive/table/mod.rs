@@ -322,7 +322,7 @@ impl Table {
     }
 
     /// All parameters in the order of their numbers.
-    pub fn rows(&self) -> impl Iterator<Item = &Row> {
+    pub fn rows(&self) -> impl Iterator<Item = &Row> + Clone {
         self.rows.values().map(|(row, _)| row)
     }
 
