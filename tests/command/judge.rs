@@ -11,7 +11,9 @@ use rustix::fs::OFlags;
 use serde_json::Value;
 use std::os::unix::fs::OpenOptionsExt;
 
+mod action;
 mod compared;
+mod configured;
 mod masters;
 
 fn command(arguments: &[&str]) -> Command {

@@ -13,6 +13,7 @@
 #[path = "../helpers/test_master/mod.rs"]
 mod test_master;
 
+mod admitted;
 mod configured;
 mod covered;
 mod endings;
@@ -24,4 +25,5 @@ mod recordings;
 mod reports;
 #[cfg(feature = "master")]
 mod session;
+mod soaked;
 mod virtual_time;

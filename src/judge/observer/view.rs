@@ -62,6 +62,8 @@ pub(super) struct View {
     pub(super) asked: Option<Instant>,
     /// How long that request was, in octets.
     pub(super) asked_len: usize,
+    /// The last Data_Exchange request, if nothing else was asked since.
+    pub(super) exchange_asked: Option<Instant>,
     /// Times between two requests in data exchange.
     pub(super) intervals: Vec<Duration>,
     /// Data_Exchange since a reply of high priority, and the row that wants the diagnosis.
