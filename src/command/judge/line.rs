@@ -70,7 +70,7 @@ fn ask(prepared: Prepared, address: Address) -> Result<Option<(u16, Vec<u8>)>, S
     device.set_baud(ground.rate);
     now = now + STARTED;
     device.handle_timeout(now, &mut |_| {});
-    device.receive(now, &Telegram::Data(request), &mut |_| {});
+    device.handle_telegram(now, &Telegram::Data(request), &mut |_| {});
     let mut buf = [0; MAX_TELEGRAM_LEN];
     for _ in 0..DEADLINES {
         if let Some(len) = device.poll_transmit(now, &mut buf, &mut |_| {}) {
