@@ -70,7 +70,7 @@ impl Chance {
     }
 
     /// How often it was injected.
-    pub(crate) const fn struck(&self) -> u32 {
+    pub(crate) const fn injected(&self) -> u32 {
         self.injected
     }
 }
@@ -80,6 +80,11 @@ impl Chance {
 pub(crate) struct Random(u64);
 
 impl Random {
+    #[cfg(feature = "std")]
+    pub(crate) const fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
     fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mixed = (self.0 ^ self.0 >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);

@@ -5,10 +5,12 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
+use crate::gsd::{MasterGsd, Policy, Station};
 use crate::host::capture::{Capture, Interface};
 use crate::host::link::tap::{Batch, Tap};
 use crate::host::{Link, SystemClock};
 use crate::judge::{Ending, Judge, Operator, Outcome, Progress, Report, Row, Setup, Slave, live};
+use crate::profibus::dp::Application as _;
 use tracing::{info, warn};
 
 use super::args::{self, JudgedStation, judge_millis};
@@ -17,6 +19,7 @@ use super::{Failure, signals};
 
 mod compare;
 mod date;
+mod line;
 mod operated;
 mod recorded;
 mod scenarios;
@@ -53,6 +56,9 @@ pub(crate) fn judge(args: &args::Judge) -> Result<ExitCode, Failure> {
     if let Some(seconds) = args.time {
         judge = judge.within(Duration::from_secs(seconds));
     }
+    if let Some(lasts) = args.soak {
+        judge = judge.soaking(lasts, args.seed);
+    }
     judge.add(more);
     let mut operator = args.ask.as_deref().map(Operated::new);
     if operator.is_some() {
@@ -87,7 +93,12 @@ fn captured(
 
 fn say(progress: &Progress) {
     let Progress { number, of, name, left } = progress;
-    info!("{number} of {of}, about {} s left: {name}", left.as_secs());
+    let left = left.as_secs();
+    if number > of {
+        info!("soak, about {left} s left: {name}");
+    } else {
+        info!("{number} of {of}, about {left} s left: {name}");
+    }
 }
 
 /// Exit status where a file or the link fails.
@@ -156,9 +167,13 @@ fn rows(args: &args::Judge) -> Vec<Row> {
 }
 
 fn setup(args: &args::Judge) -> Result<Setup, Failure> {
-    let stations = args.stations.iter().map(slave).collect::<Result<_, _>>()?;
+    let mut stations: Vec<Slave> = args.stations.iter().map(slave).collect::<Result<_, _>>()?;
+    if let Some(file) = &args.line {
+        stations.extend(line::stations(file)?);
+        args.check_stations(stations.iter()).map_err(Failure::Usage)?;
+    }
     let millis = |millis: Option<u64>| millis.map(Duration::from_millis);
-    Ok(Setup {
+    let setup = Setup {
         stations,
         master: args.master,
         watchdog: millis(args.watchdog),
@@ -168,23 +183,39 @@ fn setup(args: &args::Judge) -> Result<Setup, Failure> {
         hsa: args.hsa,
         min_interval: args.min_interval.and_then(judge_millis),
         auto_clear: millis(args.auto_clear),
-    })
+        master_gsd: args.master_gsd.as_deref().map(master_gsd).transpose()?.map(Box::new),
+    };
+    match (&args.master_gsd, setup.check_master()) {
+        (Some(file), Err(words)) => Err(Failure::Usage(format!("{}: {words}", file.display()))),
+        (_, Ok(()) | Err(_)) => Ok(setup),
+    }
+}
+
+fn master_gsd(file: &Path) -> Result<MasterGsd, Failure> {
+    let name = file.display();
+    let octets =
+        std::fs::read(file).map_err(|error| Failure::Usage(format!("cannot read {name}: {error}")))?;
+    MasterGsd::read(&octets).map_err(|error| Failure::Usage(format!("{name}: {error}")))
 }
 
 fn slave(station: &JudgedStation) -> Result<Slave, Failure> {
     let mut slave = station.slave.clone();
-    let Some(file) = &station.gsd else {
-        return Ok(slave);
-    };
-    let gsd = super::gsd::read(file)?;
-    let described = crate::gsd::Station::new(gsd.clone(), crate::gsd::Policy::PROPOSED);
-    let described = described.map_err(|error| Failure::Usage(format!("{}: {error}", file.display())))?;
+    if let Some(file) = &station.gsd {
+        let gsd = super::gsd::read(file)?;
+        let described = Station::new(gsd, Policy::PROPOSED);
+        let described = described.map_err(|error| Failure::Usage(format!("{}: {error}", file.display())))?;
+        describe(&mut slave, &described);
+    }
+    Ok(slave)
+}
+
+/// What its device file says of a station.
+fn describe(slave: &mut Slave, station: &Station) {
+    let gsd = station.gsd();
     slave.ident = gsd.ident;
     slave.fail_safe |= gsd.flags.fail_safe;
-    if slave.cfg.is_none() && !gsd.is_modular() {
-        let configuration = crate::profibus::dp::Application::configuration(&described, None);
-        slave.cfg = Some(configuration.to_vec());
+    if slave.cfg.is_none() && station.is_fixed() {
+        slave.cfg = Some(station.configuration(None).to_vec());
     }
-    slave.gsd = Some(Box::new(gsd));
-    Ok(slave)
+    slave.gsd = Some(Box::new(gsd.clone()));
 }

@@ -93,6 +93,14 @@ pub enum ReadError {
         /// Its value.
         got: i64,
     },
+    /// Station_Type is not 1.
+    #[error("{place}: Station_Type is {got}, expected 1: this file describes no master of PROFIBUS-DP")]
+    NotDpMaster {
+        /// Where, or the header if it is missing.
+        place: Place,
+        /// Its value.
+        got: i64,
+    },
     /// There are modules, and the identifiers of none can be read.
     #[error(
         "{place}: the identifiers of module '{name}' are incomplete, and no other module is left: correct them"

@@ -7,6 +7,7 @@
 //! | `statement.rs` | a line as keyword, argument and values |
 //! | `reader.rs`, `reader/` | statements to a [`Gsd`]: blocks, main part, user parameters |
 //! | `module.rs` | modules, slots |
+//! | `master.rs` | [`MasterGsd`]: the file of a master, as far as it limits what is configured |
 //! | `parameter.rs` | user parameters: fields, ranges, texts, the octets of Set_Prm |
 //! | `diagnosis.rs` | the texts of the diagnosis |
 //! | `hint.rs` | what is odd in a file, and what makes it useless |
@@ -36,6 +37,7 @@ mod diagnosis;
 mod hint;
 mod layout;
 mod lines;
+mod master;
 mod module;
 mod parameter;
 mod raised;
@@ -48,6 +50,7 @@ mod text;
 pub use diagnosis::{DiagArea, DiagBit, DiagType};
 pub use hint::{Hint, Level, Place, ReadError, did_you_mean};
 pub use layout::Placed;
+pub use master::MasterGsd;
 pub use module::{Module, Slot};
 pub use parameter::{Allowed, FieldType, Parameter, PrmPart, Reference};
 pub use raised::{ChannelFault, ModuleState, RaiseError, Raised};

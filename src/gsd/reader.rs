@@ -13,6 +13,7 @@ mod prm;
 use std::collections::{BTreeMap, BTreeSet};
 
 use self::block::Block;
+pub(super) use self::main_part::rate_named;
 use super::diagnosis::{DiagArea, DiagBit};
 use super::hint::{Hint, Level, Place, ReadError};
 use super::module::Module;

@@ -100,12 +100,19 @@ pub(super) struct Findings {
     idents: BTreeMap<u8, u16>,
     /// The scenario that is played.
     scenario: Option<String>,
+    /// A soak gives so many occasions that some breaches by delays of a process are to be expected.
+    soaks: bool,
 }
 
 impl Findings {
     /// From now on this scenario is played, or none.
     pub(super) fn play(&mut self, scenario: Option<String>) {
         self.scenario = scenario;
+    }
+
+    /// From now on scenarios are repeated.
+    pub(super) const fn soak(&mut self) {
+        self.soaks = true;
     }
 
     /// Takes the ident number of a station, unless it is known.
@@ -154,8 +161,9 @@ impl Findings {
 
     /// What was found against a row says nothing, for this reason.
     pub(super) fn void(&mut self, row: Row, reason: &str) {
+        let soaks = self.soaks;
         let record = self.records.entry(row).or_default();
-        if fails(record) {
+        if proves(record, soaks) {
             *record = Record::default();
             self.missed(row, reason);
         }
@@ -176,7 +184,11 @@ impl Findings {
 
     /// Whether anything was said of a row.
     pub(super) fn is_judged(&self, row: Row) -> bool {
-        self.records.get(&row).is_some_and(|record| record.held > 0 || fails(record))
+        self.records.get(&row).is_some_and(|record| record.held > 0 || self.fails(record))
+    }
+
+    fn fails(&self, record: &Record) -> bool {
+        proves(record, self.soaks)
     }
 
     /// The verdict on a row.
@@ -189,7 +201,7 @@ impl Findings {
             ..Judgement::not_judged(row, reason)
         };
         match &record.first {
-            Some(Breach { reason, moments, scenario }) if fails(record) => {
+            Some(Breach { reason, moments, scenario }) if self.fails(record) => {
                 let verdict = if row.only_warns() { Verdict::Warn } else { Verdict::Fail };
                 let times =
                     if record.broken > 1 { format!(" ({} times)", record.broken) } else { String::new() };
@@ -218,16 +230,21 @@ impl Findings {
     }
 }
 
-fn fails(record: &Record) -> bool {
+/// Whether the breaches are enough. In a soak those that a delay explains must be one in a hundred occasions.
+fn proves(record: &Record, soaks: bool) -> bool {
+    let least_percent = if soaks { 1 } else { 0 };
     match record.weight {
         None => false,
         Some(Weight::Once) => record.broken > 0,
-        Some(Weight::Times(least)) => record.broken >= least,
-        Some(Weight::Share(least, percent)) => {
-            let all = u64::from(record.broken) + u64::from(record.held);
-            record.broken >= least && u64::from(record.broken) * 100 > u64::from(percent) * all
-        }
+        Some(Weight::Times(least)) => record.broken >= least && is_share(record, least_percent),
+        Some(Weight::Share(least, percent)) => record.broken >= least && is_share(record, percent),
     }
+}
+
+/// Whether more than so many in a hundred occasions were breaches.
+fn is_share(record: &Record, percent: u32) -> bool {
+    let all = u64::from(record.broken) + u64::from(record.held);
+    u64::from(record.broken) * 100 > u64::from(percent) * all
 }
 
 /// Why a row that nothing was said of is not judged, and whether it could have been.

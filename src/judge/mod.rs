@@ -12,9 +12,11 @@
 //! | --- | --- |
 //! | `rows` | [`Row`]: the table of what is required, as data |
 //! | `setup` | [`Setup`]: what is configured in the master |
+//! | `admitted` | what the master's own device file admits of it |
 //! | `moment` | [`Moment`]: one sending on the line |
 //! | `observer` | telegrams in, evidence for each row out |
 //! | `findings` | [`Verdict`], [`Judgement`]: evidence weighed |
+//! | `figures` | [`Figures`]: the cycle, retries, losses |
 //! | `scenario` | [`Scenario`]: what the stations do on purpose, as data |
 //! | `station` | the slaves, and what is done to them |
 //! | `play` | [`Judge`]: the run, sans-I/O |
@@ -26,6 +28,8 @@
 //! The observer is the same in all three ways. What a scenario provokes it sees like everything else: a row about lost
 //! replies is judged wherever a reply is lost. A row that cannot be judged says so with its reason; nothing is guessed.
 
+mod admitted;
+mod figures;
 mod findings;
 mod live;
 mod moment;
@@ -39,6 +43,7 @@ mod setup;
 mod simulated;
 mod station;
 
+pub use figures::{Figures, Spread};
 pub use findings::{Judgement, Verdict};
 pub use live::{Operator, live};
 pub use moment::{Moment, Side, Telegram};
@@ -48,5 +53,5 @@ pub use report::{Outcome, Report};
 pub use rows::Row;
 pub use scenario::Scenario;
 pub use setup::{Setup, Slave};
-pub use simulated::{simulated, simulated_with};
+pub use simulated::{simulated, simulated_with, soaked};
 pub use station::Act;

@@ -10,6 +10,7 @@
 //! | `outcome` | what a scenario has shown, and why a row is not judged |
 //! | `ending` | [`Progress`], [`Ending`] |
 //! | `record` | what was played how long, and how long the rest takes |
+//! | `soak` | scenarios repeated at random |
 
 use core::time::Duration;
 use std::collections::BTreeMap;
@@ -30,9 +31,11 @@ use crate::time::Instant;
 mod ending;
 mod outcome;
 mod record;
+mod soak;
 
 pub use ending::{Ending, Progress};
 use record::Record;
+use soak::Soak;
 
 /// Good exchanges in a row with each station: nothing is wrong.
 const BASELINE: u32 = 8;
@@ -40,17 +43,21 @@ const BASELINE: u32 = 8;
 const FIRST_LIMIT: Duration = Duration::from_secs(15);
 /// How long it may take to come back.
 const LIMIT: Duration = Duration::from_secs(8);
-/// How long nothing is disturbed.
-const WATCH: Duration = Duration::from_secs(3);
+/// How long nothing is disturbed, and so many cycles at least.
+const WATCH: Duration = Duration::from_secs(2);
+const WATCH_CYCLES: u32 = 60;
+/// And so many cycles at least: a start-up, the next one if something was wrong with it, and good exchanges.
+const RETURN_CYCLES: u32 = 50;
 /// A master that says nothing for so long is gone.
 const SILENCE: Duration = Duration::from_secs(10);
 /// Octets without a telegram among them: another rate, or no master.
 const NOISE: usize = 8192;
 /// So many telegrams, and it is a master.
 const LEAST_TELEGRAMS: u64 = 2;
-/// The whole judgement, and that of one row.
-const TOTAL: Duration = Duration::from_secs(192);
-const ONE_ROW: Duration = Duration::from_secs(56);
+/// The whole judgement, and that of one row; and so many cycles of the master more.
+const TOTAL: Duration = Duration::from_secs(180);
+const ONE_ROW: Duration = Duration::from_secs(50);
+const MORE_CYCLES: u32 = 5000;
 /// What a master may be asked for that leads to CLEAR, or through it.
 const CLEARING: &[&str] = &["clear", "stop", "restart", "operate"];
 /// As many stations as row I06 asks for.
@@ -73,10 +80,13 @@ pub struct Judge {
     /// The faults of the step that is played.
     faults: Vec<u32>,
     /// What they have done in the scenario.
-    struck: u32,
+    injected: u32,
     /// Exchanges with each station when the scenario began.
     before: BTreeMap<u8, Counts>,
     limit: Duration,
+    /// It is that limit whatever the cycle of the master is.
+    is_limited: bool,
+    soak: Option<Soak>,
     /// Somebody operates the master.
     operated: bool,
     /// What the master is to be asked for, to be fetched.
@@ -128,15 +138,7 @@ impl Judge {
         scenarios.retain(|scenario| scenario.is_for(wanted));
         let limit = if wanted.len() == 1 { ONE_ROW } else { TOTAL };
         let mut observer = Observer::new(setup, sight);
-        scenarios.retain(|scenario| {
-            let obstacle = scenario.obstacle(&observer.setup);
-            if let Some(reason) = obstacle {
-                for row in &scenario.rows {
-                    observer.findings.obstacle(*row, reason);
-                }
-            }
-            obstacle.is_none()
-        });
+        let scenarios = playable(scenarios, &mut observer);
         Self {
             observer,
             wanted: wanted.to_vec(),
@@ -149,9 +151,11 @@ impl Judge {
             record: Record::default(),
             progress: None,
             faults: Vec::new(),
-            struck: 0,
+            injected: 0,
             before: BTreeMap::new(),
             limit,
+            is_limited: false,
+            soak: None,
             operated: false,
             ask: None,
             asking: false,
@@ -164,7 +168,7 @@ impl Judge {
     pub fn operated(mut self) -> Self {
         let mut scenarios = asking(&self.observer.setup);
         scenarios.retain(|scenario| scenario.rows.iter().any(|row| self.wanted.contains(row)));
-        self.scenarios.extend(scenarios);
+        self.scenarios.extend(playable(scenarios, &mut self.observer));
         self.operated = true;
         self
     }
@@ -173,6 +177,7 @@ impl Judge {
     #[must_use]
     pub const fn within(mut self, limit: Duration) -> Self {
         self.limit = limit;
+        self.is_limited = true;
         self
     }
 
@@ -280,7 +285,7 @@ impl Judge {
         }
         let heard = self.observer.last_heard();
         let begun = self.started.or(self.begun).unwrap_or(now);
-        if heard.is_some() && now.saturating_since(begun) >= self.limit {
+        if heard.is_some() && now.saturating_since(begun) >= self.limit() {
             return self.end(Ending::TimeOver);
         }
         match self.phase {
@@ -308,10 +313,12 @@ impl Judge {
     pub fn report(mut self, origin: Instant) -> Report {
         self.end(Ending::TimeOver);
         let ending = self.ending.clone().unwrap_or(Ending::TimeOver);
-        let configuration = self.observer.setup.words();
+        let mut configuration = self.observer.setup.words();
+        configuration.extend(self.soak_words());
+        let figures = self.observer.figures.clone();
         self.end_record();
         let took = self.record.took(origin);
-        Report { configuration, took, ..Report::new(self.judgements(), ending, origin) }
+        Report { configuration, took, figures, ..Report::new(self.judgements(), ending, origin) }
     }
 
     fn judgements(mut self) -> Vec<Judgement> {
@@ -348,8 +355,7 @@ impl Judge {
         let late = self.scenarios.first().filter(|scenario| scenario.rows.contains(&Row::L09));
         match late {
             Some(scenario) => {
-                let lasts =
-                    scenario.steps.first().map_or(Duration::ZERO, |step| step.time(&self.observer.setup));
+                let lasts = scenario.steps.first().map_or(Duration::ZERO, |step| self.time(step));
                 self.next = 1;
                 self.tell(0);
                 self.phase = Phase::Playing { scenario: 0, step: 0, until: now + lasts };
@@ -385,7 +391,7 @@ impl Judge {
         let done = faults
             .iter()
             .filter(|(number, ..)| self.faults.contains(number))
-            .all(|(_, fault, struck)| fault.when.count.is_some_and(|count| struck >= count));
+            .all(|(_, fault, injected)| fault.when.count.is_some_and(|count| injected >= count));
         if now < until && !(until_injected && done) {
             return;
         }
@@ -410,12 +416,17 @@ impl Judge {
                 self.scenarios.iter().flat_map(|scenario| scenario.rows.iter().chain(&scenario.returns));
             of.any(|other| other == row)
         };
-        if self.wanted.iter().all(later) { Duration::ZERO } else { WATCH }
+        if self.wanted.iter().all(later) { Duration::ZERO } else { WATCH.max(self.cycle() * WATCH_CYCLES) }
     }
 
     /// The first time takes longer: the master begins.
     fn return_limit(&self, scenario: usize) -> Duration {
-        if scenario == 0 && self.next == 1 { FIRST_LIMIT } else { LIMIT }
+        if scenario == 0 && self.next == 1 { FIRST_LIMIT } else { self.later_limit() }
+    }
+
+    /// How long data exchange may take to come back.
+    fn later_limit(&self) -> Duration {
+        LIMIT.max(self.cycle() * RETURN_CYCLES)
     }
 
     fn come_back(
@@ -440,6 +451,7 @@ impl Judge {
             if first {
                 self.observer.watching = true;
                 self.remember();
+                self.measure();
                 self.phase = Phase::Watching { until: now + self.watch() };
             } else {
                 self.go_on(now, bus, faults);
@@ -460,7 +472,8 @@ impl Judge {
                 }
                 self.observer.begin_streaks();
                 let number = self.scenarios.iter().position(|other| other == scenario);
-                self.phase = Phase::Returning { scenario: number, until: now + LIMIT, revived: true };
+                self.phase =
+                    Phase::Returning { scenario: number, until: now + self.later_limit(), revived: true };
                 return;
             }
         }
@@ -479,11 +492,16 @@ impl Judge {
     /// The next scenario, or the end.
     fn go_on(&mut self, now: Instant, bus: &mut Bus, faults: &mut Faults) {
         let scenario = self.next;
-        if scenario >= self.scenarios.len() {
-            return self.end(Ending::Done);
+        if scenario < self.scenarios.len() {
+            self.next += 1;
+            self.begin_scenario(now, scenario, bus, faults);
+        } else if !self.soak_on(now, bus, faults) {
+            self.end(Ending::Done);
         }
-        self.next += 1;
-        self.struck = 0;
+    }
+
+    fn begin_scenario(&mut self, now: Instant, scenario: usize, bus: &mut Bus, faults: &mut Faults) {
+        self.injected = 0;
         self.tell(scenario);
         self.remember();
         let played = self.scenarios.get(scenario);
@@ -499,7 +517,7 @@ impl Judge {
         if let (Some(wanted), Some(subject)) = (begun.act, played.subject(&self.observer.setup)) {
             act(wanted, &subject.clone(), bus, now);
         }
-        let (ask, until) = (begun.ask.clone(), now + begun.time(&self.observer.setup));
+        let (ask, until) = (begun.ask.clone(), now + self.time(begun));
         // A master passes through CLEAR on its way from STOP to OPERATE, too.
         let may_clear = ask.as_deref().is_some_and(|ask| CLEARING.contains(&ask));
         self.observer.want_clear(may_clear);
@@ -530,9 +548,9 @@ impl Judge {
     }
 
     fn end_faults(&mut self, faults: &mut Faults) {
-        for (number, _, struck) in faults.iter() {
+        for (number, _, injected) in faults.iter() {
             if self.faults.contains(&number) {
-                self.struck = self.struck.saturating_add(struck);
+                self.injected = self.injected.saturating_add(injected);
             }
         }
         for number in self.faults.drain(..) {
@@ -575,4 +593,18 @@ impl Judge {
         let stations: Vec<Address> = self.observer.setup.present().map(|slave| slave.address).collect();
         self.before = stations.into_iter().map(|station| (station.number(), self.counts(station))).collect();
     }
+}
+
+/// The scenarios that can be played with this master. Why the others cannot is the reason of their rows.
+fn playable(mut scenarios: Vec<Scenario>, observer: &mut Observer) -> Vec<Scenario> {
+    scenarios.retain(|scenario| {
+        let obstacle = scenario.obstacle(&observer.setup);
+        if let Some(reason) = obstacle {
+            for row in &scenario.rows {
+                observer.findings.obstacle(*row, reason);
+            }
+        }
+        obstacle.is_none()
+    });
+    scenarios
 }

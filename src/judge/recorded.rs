@@ -1,5 +1,6 @@
 //! The judgement of a recording of a bus: only what is seen without provoking anything.
 
+use super::figures::Figures;
 use super::moment::{Moment, Side, split};
 use super::observer::{Observer, Sight};
 use super::play::Ending;
@@ -70,7 +71,12 @@ impl Recording {
             None => Ending::Read,
         };
         let configuration = self.observer.setup.words();
-        Report { configuration, ..Report::new(judgements, ending, self.origin.unwrap_or(Instant::ZERO)) }
+        let figures = if self.untimed { Figures::default() } else { self.observer.figures.clone() };
+        Report {
+            configuration,
+            figures,
+            ..Report::new(judgements, ending, self.origin.unwrap_or(Instant::ZERO))
+        }
     }
 
     /// How many telegrams of the master there were.

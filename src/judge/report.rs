@@ -7,11 +7,13 @@
 //! | `junit` | JUnit XML, for CI |
 //! | `html` | one page for people |
 //! | `diagram` | the telegrams of a verdict as a drawing |
+//! | `figures` | the traffic in figures, and as a plot |
 //! | `markup` | texts inside XML and HTML |
 
 use core::fmt::{self, Write};
 use core::time::Duration;
 
+use super::figures::Figures;
 use super::findings::{Judgement, Verdict};
 use super::moment::Telegram;
 use super::play::Ending;
@@ -19,6 +21,7 @@ use super::rows::Row;
 use crate::time::Instant;
 
 mod diagram;
+mod figures;
 mod html;
 mod junit;
 mod markup;
@@ -48,10 +51,12 @@ pub struct Report {
     pub origin: Instant,
     /// How long it took; zero for a recording.
     pub took: Duration,
+    /// The traffic in figures.
+    pub figures: Figures,
 }
 
 impl Report {
-    pub(super) const fn new(judgements: Vec<Judgement>, ending: Ending, origin: Instant) -> Self {
+    pub(super) fn new(judgements: Vec<Judgement>, ending: Ending, origin: Instant) -> Self {
         Self {
             judgements,
             ending,
@@ -60,6 +65,7 @@ impl Report {
             configuration: Vec::new(),
             origin,
             took: Duration::ZERO,
+            figures: Figures::default(),
         }
     }
 
@@ -89,6 +95,7 @@ impl Report {
             let _ = write!(text, "\"date\":{},", Quoted(date));
         }
         self.write_configuration(&mut text);
+        self.write_figures_json(&mut text);
         text.push_str("\"rows\":[");
         for (number, judgement) in self.judgements.iter().enumerate() {
             if number > 0 {
@@ -201,6 +208,7 @@ impl fmt::Display for Report {
             count(Verdict::NotJudged),
             took.unwrap_or_default()
         )?;
+        self.write_figures_line(f)?;
         if let Outcome::NotFinished(why) = self.outcome()
             && self.ending.is_complete()
         {

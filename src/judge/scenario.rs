@@ -61,6 +61,8 @@ pub struct Step {
     pub check: Option<Check>,
     /// It lasts at least so many slot times, retries included: until the master has given the station up.
     pub until_lost: bool,
+    /// It lasts at least so many cycles of the master.
+    pub cycles: u32,
 }
 
 /// What a master must have done after it was asked.
@@ -155,6 +157,9 @@ impl Scenario {
                 Which::Any | Which::Last | Which::At(_) => "needs a station that is present",
             });
         };
+        if let Some(reason) = setup.master_gsd.as_ref().and_then(|gsd| gsd.obstacle(self)) {
+            return Some(reason);
+        }
         let inputs = subject.lengths().is_none_or(|lengths| lengths.inputs > 0);
         self.needs.iter().find_map(|need| match need {
             Need::Slot if setup.slot.is_none() => Some("needs --slot: how long the master waits for a reply"),
@@ -206,7 +211,8 @@ impl Scenario {
     /// A scenario about these rows, one step long.
     pub(super) fn one(name: &str, rows: &[Row], faults: &[&str]) -> Self {
         let faults = faults.iter().map(ToString::to_string).collect();
-        let step = Step { faults, lasts: Duration::from_secs(3), until_injected: true, ..Step::default() };
+        let lasts = Duration::from_secs(3);
+        let step = Step { faults, lasts, until_injected: true, cycles: INJECTED, ..Step::default() };
         Self {
             name: name.into(),
             rows: rows.to_vec(),
@@ -230,17 +236,20 @@ impl Step {
         self.faults.iter().map(|fault| compile(fault, setup, subject)?.parse()).collect()
     }
 
-    /// How long it lasts at most with this master.
-    pub(super) fn time(&self, setup: &Setup) -> Duration {
+    /// How long it lasts at most with a master whose cycle takes so long.
+    pub(super) fn time(&self, setup: &Setup, cycle: Duration) -> Duration {
+        let lasts = self.lasts.max(cycle.saturating_mul(self.cycles));
         if !self.until_lost {
-            return self.lasts;
+            return lasts;
         }
         let slot = setup.slot.unwrap_or(SLOT);
         let attempts = setup.retries.unwrap_or(RETRIES).min(MOST_RETRIES) + 2;
-        self.lasts.max(slot * attempts * 2)
+        lasts.max(slot * attempts * 2)
     }
 }
 
+/// So many cycles are enough for every fault of a step that ends when they have acted.
+const INJECTED: u32 = 40;
 /// What a master is taken to wait if it is not said.
 const SLOT: Duration = Duration::from_millis(100);
 /// How often a master is taken to repeat if it is not said.

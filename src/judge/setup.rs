@@ -2,7 +2,7 @@
 
 use core::time::Duration;
 
-use crate::gsd::Gsd;
+use crate::gsd::{Gsd, MasterGsd};
 use crate::profibus::dp::IoLengths;
 use crate::profibus::fdl::Address;
 use crate::time::BaudRate;
@@ -29,6 +29,8 @@ pub struct Setup {
     /// Auto_Clear is configured (Error_Action_Flag): within twice this time, Data_Control_Time, the master goes to CLEAR
     /// when data exchange with a station is not possible. `None`: it is not configured.
     pub auto_clear: Option<Duration>,
+    /// The master's own device file.
+    pub master_gsd: Option<Box<MasterGsd>>,
 }
 
 /// A station that is configured in the master.
@@ -122,6 +124,7 @@ impl Setup {
             ("hsa", self.hsa.map(|hsa| hsa.to_string())),
             ("min-interval", self.min_interval.map(millis)),
             ("auto-clear", self.auto_clear.map(millis)),
+            ("master-gsd", self.master_gsd.as_ref().map(|gsd| format!("{} {}", gsd.vendor, gsd.model))),
         ];
         words.extend(others.into_iter().filter_map(|(name, value)| Some((name, value?))));
         words

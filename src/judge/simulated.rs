@@ -20,9 +20,18 @@ const LIMIT: Duration = Duration::from_secs(3600);
 ///
 /// The line should be new: what was on it before is not seen.
 pub fn simulated<M: Master>(line: &mut Line<M>, setup: Setup, wanted: &[Row]) -> Report {
-    let setup = Setup { slot: setup.slot.or(Some(line.slot_time())), ..setup };
-    let judge = Judge::seeing(setup, wanted, Sight::Exact(line.baud()));
-    run(line, judge, |_, _, _| false)
+    run(line, seeing(line, setup, wanted), |_, _, _| false)
+}
+
+/// The same, and then scenarios are repeated at random for `lasts`. The same seed repeats the same ones.
+pub fn soaked<M: Master>(
+    line: &mut Line<M>,
+    setup: Setup,
+    wanted: &[Row],
+    lasts: Duration,
+    seed: u64,
+) -> Report {
+    run(line, seeing(line, setup, wanted).soaking(lasts, seed), |_, _, _| false)
 }
 
 /// The same for a master that is operated: `operate` does an action, as `--ask` takes it, and says whether it could.
@@ -32,9 +41,12 @@ pub fn simulated_with<M: Master>(
     wanted: &[Row],
     operate: impl FnMut(&mut M, &str, Instant) -> bool,
 ) -> Report {
+    run(line, seeing(line, setup, wanted).operated(), operate)
+}
+
+fn seeing<M: Master>(line: &Line<M>, setup: Setup, wanted: &[Row]) -> Judge {
     let setup = Setup { slot: setup.slot.or(Some(line.slot_time())), ..setup };
-    let judge = Judge::seeing(setup, wanted, Sight::Exact(line.baud())).operated();
-    run(line, judge, operate)
+    Judge::seeing(setup, wanted, Sight::Exact(line.baud()))
 }
 
 fn run<M: Master>(
@@ -43,9 +55,10 @@ fn run<M: Master>(
     mut operate: impl FnMut(&mut M, &str, Instant) -> bool,
 ) -> Report {
     let origin = line.now();
+    let limit = LIMIT + judge.soak_time();
     let (bus, faults) = line.stations_and_faults();
     judge.begin(origin, bus, faults);
-    while judge.ending().is_none() && line.now().saturating_since(origin) < LIMIT {
+    while judge.ending().is_none() && line.now().saturating_since(origin) < limit {
         let due = judge.poll_timeout().unwrap_or(line.now() + LIMIT);
         let wait = due.saturating_since(line.now()).min(LIMIT);
         // One thing at a time: faults begin and end at the telegram that they are for.

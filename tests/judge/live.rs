@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use profidrive::host::link::memory::Wire;
 use profidrive::host::{Stop, SystemClock};
-use profidrive::judge::{Judge, Report, Row, Verdict, live};
+use profidrive::judge::{Judge, Progress, Report, Row, Verdict, live};
 use profidrive::time::BaudRate;
 
 use crate::configured::setup;
@@ -25,8 +25,16 @@ fn judged(mistake: Option<Mistake>, rows: &[Row]) -> Report {
     let thread = std::thread::spawn(move || serve(master, &mut master_end, &ends, |_, _| {}));
     let judge = Judge::new(setup, rows);
     let stop = Stop::new().unwrap();
-    let report =
-        live(judge, judge_end, &SystemClock::new(), BaudRate::K500, &stop, None, &mut |_| {}).unwrap();
+    let begin = std::time::Instant::now();
+    let mut tell = |progress: &Progress| {
+        let Progress { number, of, name, left } = progress;
+        println!(
+            "{:6.1} s: {number} of {of}, about {} s left: {name}",
+            begin.elapsed().as_secs_f64(),
+            left.as_secs()
+        );
+    };
+    let report = live(judge, judge_end, &SystemClock::new(), BaudRate::K500, &stop, None, &mut tell).unwrap();
     end.store(true, Ordering::Relaxed);
     thread.join().unwrap();
     report
@@ -34,7 +42,7 @@ fn judged(mistake: Option<Mistake>, rows: &[Row]) -> Report {
 
 #[test]
 fn a_correct_master_is_not_accused_in_real_time() {
-    let all = std::env::var_os("PROFIDRIVE_LONG").is_some();
+    let all = std::env::var_os("PROFIDRIVE_EVERY_ROW").is_some();
     // Several at the same time: most of it is waiting.
     let parts = if all {
         vec![Row::ALL.to_vec()]

@@ -10,9 +10,10 @@
     clippy::alloc_instead_of_core
 )]
 
-#[path = "../test_master/mod.rs"]
+#[path = "../helpers/test_master/mod.rs"]
 mod test_master;
 
+mod admitted;
 mod configured;
 mod covered;
 mod endings;
@@ -24,4 +25,5 @@ mod recordings;
 mod reports;
 #[cfg(feature = "master")]
 mod session;
+mod soaked;
 mod virtual_time;

@@ -74,7 +74,7 @@ fn the_page_needs_nothing_else_and_draws_each_failure() {
         }
     }
     assert!(!page.contains("url(") && !page.contains("@import"));
-    let drawings = document.descendants().filter(|node| node.tag_name().name() == "svg").count();
+    let drawings = named(&document, "svg").filter(|node| node.attribute("class") == Some("bus")).count();
     let shown = report.judgements.iter().filter(|judgement| !judgement.telegrams.is_empty()).count();
     assert_eq!(drawings, shown);
     for judgement in report.judgements.iter().filter(|judgement| judgement.verdict == Verdict::Fail) {

@@ -51,6 +51,39 @@ fn is_long() -> bool {
     std::env::var_os("PROFIDRIVE_LONG").is_some()
 }
 
+/// A master with a cycle of 80 ms: nothing is left out.
+#[test]
+fn a_slow_master_is_judged_completely() {
+    let of = |pause: u64| {
+        let settings = Settings {
+            pause: Duration::from_millis(pause),
+            ..Settings::new(&[5, 6], Duration::from_micros(600))
+        };
+        let setup = setup(&settings, &[]);
+        let mut line = Line::with(BAUD, TestMaster::new(settings, None));
+        line.set_slot_time(Duration::from_micros(600));
+        simulated(&mut line, setup, Row::ALL)
+    };
+    let fast = of(2);
+    let slow = of(80);
+    assert_eq!((&slow.ending, broken(&slow)), (&Ending::Done, Vec::new()), "{slow}");
+    assert_eq!(names(&slow, Verdict::NotJudged), names(&fast, Verdict::NotJudged), "{slow}");
+}
+
+/// 32 stations, and as many as there are addresses beside that of the master and 126.
+#[test]
+fn many_stations_are_judged() {
+    for stations in [(10..42).collect::<Vec<u8>>(), (0..=125).filter(|number| *number != 2).collect()] {
+        let settings = Settings::new(&stations, Duration::from_micros(600));
+        let setup = setup(&settings, &[]);
+        let mut line = Line::with(BAUD, TestMaster::new(settings, None));
+        line.set_slot_time(Duration::from_micros(600));
+        let rows = [Row::I04, Row::I06, Row::X03, Row::C02, Row::P05, Row::T08];
+        let report = simulated(&mut line, setup, &rows);
+        assert_eq!(report.count(Verdict::Pass), rows.len(), "{} stations: {report}", stations.len());
+    }
+}
+
 /// Failures and warnings.
 fn broken(report: &Report) -> Vec<&'static str> {
     [names(report, Verdict::Fail), names(report, Verdict::Warn)].concat()

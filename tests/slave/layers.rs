@@ -46,7 +46,7 @@ const TABLE: &[(&str, &[&str])] = &[
     ("host", &["can_bus", "chance", "devices", "face", "gsd", "image", "process", "profibus", "time"]),
     ("bench", &["devices", "explain", "host", "profibus", "time"]),
     // Stations on a line, live or simulated, and telegrams in words.
-    ("judge", &["bench", "devices", "explain", "gsd", "host", "profibus", "time"]),
+    ("judge", &["bench", "chance", "devices", "explain", "gsd", "host", "profibus", "time"]),
     ("panel", &["can_bus", "devices", "explain", "face", "gsd", "host", "process", "profibus", "time"]),
     // The numbers of lines, served as the panel is.
     ("metrics", &["can_bus", "devices", "face", "host", "panel", "profibus"]),

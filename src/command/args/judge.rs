@@ -42,6 +42,14 @@ pub(crate) struct Judge {
     #[arg(long = "station", value_name = "SPEC")]
     pub(crate) stations: Vec<JudgedStation>,
 
+    /// The stations of a line file of `emulate` as well
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) line: Option<PathBuf>,
+
+    /// The master's own device file: what it does not offer is not judged, what it cannot have is refused
+    #[arg(long, value_name = "FILE.gsd")]
+    pub(crate) master_gsd: Option<PathBuf>,
+
     /// The address of the master
     #[arg(long, value_name = "ADDRESS", value_parser = master_address)]
     pub(crate) master: Option<Address>,
@@ -74,9 +82,17 @@ pub(crate) struct Judge {
     #[arg(long, value_name = "COMMAND")]
     pub(crate) ask: Option<String>,
 
-    /// The judgement takes so long at most, in seconds: 192 without it, one row alone 56
+    /// The judgement takes so long at most, in seconds: without it 180, one row alone 50, and 5 000 cycles of the master more
     #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..=86_400))]
     pub(crate) time: Option<u64>,
+
+    /// When everything was tried once, repeat scenarios at random for so long: 90s, 10min, 8h
+    #[arg(long, value_name = "DURATION", value_parser = soak, conflicts_with_all = ["time", "capture_file"])]
+    pub(crate) soak: Option<Duration>,
+
+    /// Which scenarios a soak repeats: the same number, the same ones
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "soak")]
+    pub(crate) seed: u64,
 
     /// Judge these rows only, as M-C03,M-E*
     #[arg(long, value_name = "ROWS", value_delimiter = ',', value_parser = rows)]
@@ -143,6 +159,25 @@ fn rows(pattern: &str) -> Result<Rows, String> {
     }
     Ok(Rows(rows))
 }
+
+/// A time of a soak: a whole number of `s`, `min` or `h`, at most a week.
+fn soak(text: &str) -> Result<Duration, String> {
+    let wrong = || format!("'{text}' is no such time; expected for example 90s, 10min or 8h, at most 168h");
+    let unit = text.find(|c: char| !c.is_ascii_digit()).ok_or_else(wrong)?;
+    let (number, unit) = text.split_at(unit);
+    let seconds = match unit {
+        "s" => 1,
+        "min" => 60,
+        "h" => 3600,
+        _ => return Err(wrong()),
+    };
+    let number: u64 = number.parse().map_err(|_| wrong())?;
+    let whole = number.checked_mul(seconds).filter(|whole| (1..=LONGEST_SOAK).contains(whole));
+    whole.map(Duration::from_secs).ok_or_else(wrong)
+}
+
+/// A week, in seconds.
+const LONGEST_SOAK: u64 = 168 * 3600;
 
 fn station_address(text: &str) -> Result<Address, String> {
     address(text, "expected 0 to 126")
@@ -255,6 +290,29 @@ impl Judge {
         self.baud.and_then(BaudSpec::fixed)
     }
 
+    /// Whether these stations can be judged together.
+    pub(crate) fn check_stations<'a>(
+        &self,
+        stations: impl Iterator<Item = &'a Slave> + Clone,
+    ) -> Result<(), String> {
+        if self.capture_file.is_none() && stations.clone().next().is_none() {
+            return Err(format!("a station is missing: --station SPEC; {FORM}"));
+        }
+        if self.capture_file.is_none() && stations.clone().all(|slave| slave.absent) {
+            return Err("every station is absent; give one that is present".into());
+        }
+        for (at, slave) in stations.clone().enumerate() {
+            let address = slave.address;
+            if stations.clone().take(at).any(|other| other.address == address) {
+                return Err(format!("two stations have address {address}; give each its own"));
+            }
+            if self.master == Some(address) {
+                return Err(format!("station {address} has the address of the master"));
+            }
+        }
+        Ok(())
+    }
+
     pub(super) fn check(&self) -> Result<(), String> {
         if self.compare.is_some() {
             return Ok(());
@@ -262,20 +320,8 @@ impl Judge {
         if let LinkSpec::Can(_) = self.link {
             return Err("a link of a CAN bus is for CANopen; the judge plays slaves of PROFIBUS-DP".into());
         }
-        if self.capture_file.is_none() && self.stations.is_empty() {
-            return Err(format!("a station is missing: --station SPEC; {FORM}"));
-        }
-        if self.capture_file.is_none() && self.stations.iter().all(|station| station.slave.absent) {
-            return Err("every station is absent; give one that is present".into());
-        }
-        for (at, station) in self.stations.iter().enumerate() {
-            let address = station.slave.address;
-            if self.stations.iter().take(at).any(|other| other.slave.address == address) {
-                return Err(format!("two stations have address {address}; give each its own"));
-            }
-            if self.master == Some(address) {
-                return Err(format!("station {address} has the address of the master"));
-            }
+        if self.line.is_none() {
+            self.check_stations(self.stations.iter().map(|station| &station.slave))?;
         }
         let named = |rows: &[Rows], row: &Row| rows.iter().any(|rows| rows.0.contains(row));
         let mut required = self.require.iter().flat_map(|rows| &rows.0);

@@ -165,14 +165,13 @@ impl Reader {
 
     fn rate_or_text(&mut self, line: &Statement<'_>) {
         let keyword = line.keyword.as_str();
-        let rate = |name: &str| RATES.iter().find(|rate| rate.0 == name).map(|rate| rate.1);
-        if let Some(rate) = keyword.strip_suffix("_supp").and_then(rate) {
+        if let Some(rate) = keyword.strip_suffix("_supp").and_then(rate_named) {
             if line.is_on() {
                 self.rates.insert(rate, line.place);
             } else {
                 self.rates.remove(&rate);
             }
-        } else if let Some(rate) = keyword.strip_prefix("maxtsdr_").and_then(rate) {
+        } else if let Some(rate) = keyword.strip_prefix("maxtsdr_").and_then(rate_named) {
             self.max_tsdr.extend(line.number().map(|bits: u16| (rate, bits)));
         } else if let Some(bit) = diag_bit(line, "unit_diag_bit") {
             self.check_diag_bit(line.place, bit.bit);
@@ -215,6 +214,11 @@ impl Reader {
             self.gsd.rates = Rates::CUSTOMARY;
         }
     }
+}
+
+/// The rate of that name in keywords, in lower case.
+pub(in crate::gsd) fn rate_named(name: &str) -> Option<BaudRate> {
+    RATES.iter().find(|rate| rate.0 == name).map(|rate| rate.1)
 }
 
 fn dp_slave(line: &Statement<'_>, keyword: &'static str) -> Result<(), ReadError> {

@@ -306,6 +306,7 @@ impl Observer {
         }
         // The master has gone on.
         if relation == Relation::First || !same_service {
+            self.note_loss(cycle);
             let view = self.view(station);
             let prm = view.prm;
             view.gave_up = true;

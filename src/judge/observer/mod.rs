@@ -21,6 +21,7 @@
 //! | `asked` | rows that need somebody who operates the master |
 //! | `token` | rows K |
 //! | `timing` | rows T and I |
+//! | `measured` | the traffic in figures |
 
 mod asked;
 mod contents;
@@ -29,6 +30,7 @@ mod counting;
 mod cycle;
 mod exchange;
 mod framing;
+mod measured;
 mod refused;
 mod start_up;
 mod timing;
@@ -38,6 +40,7 @@ mod view;
 use core::time::Duration;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
+use super::figures::Figures;
 use super::findings::{Findings, Weight};
 use super::moment::{Moment, Side, split};
 use super::rows::Row;
@@ -75,6 +78,9 @@ pub(super) enum Sight {
 pub(super) struct Observer {
     pub(super) setup: Setup,
     pub(super) findings: Findings,
+    pub(super) figures: Figures,
+    /// The last request that got no good answer.
+    trouble: Option<Instant>,
     sight: Sight,
     recent: VecDeque<Moment>,
     /// The number of the newest.
@@ -115,6 +121,8 @@ impl Observer {
             setup,
             sight,
             findings,
+            figures: Figures::default(),
+            trouble: None,
             recent: VecDeque::new(),
             serial: 0,
             open: None,
@@ -392,6 +400,7 @@ impl Observer {
         let disturbed = before.as_ref().is_some_and(|before| before.items.len() > 1 || before.has_bad_item());
         self.judge_count(before.as_ref(), &mut cycle);
         let retry = cycle.retry > 0;
+        self.measure_cycle(&cycle);
         self.judge_interval(&cycle, retry || disturbed);
         if !retry {
             match cycle.service {
@@ -435,6 +444,7 @@ impl Observer {
         // Who did not wait may have got the reply later. In virtual time it is known that there was none.
         let may_come = cycle.void && cycle.items.is_empty() && !matches!(self.sight, Sight::Exact(_));
         let answer = if may_come { Answer::Mixed } else { cycle.answer() };
+        self.note_trouble(&cycle, &answer);
         self.settle(&cycle, &answer);
         let station = cycle.to;
         self.view(station).last = Some(cycle);

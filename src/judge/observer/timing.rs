@@ -299,7 +299,9 @@ impl Observer {
             let least = rate.bit_times(self.longest_tsdr(rate).into()).max(syn);
             judge(self, Row::T06, least, "T_ID2 with max T_SDR");
         } else if self.open.as_ref().is_some_and(|open| !open.items.is_empty()) {
-            judge(self, Row::T05, syn, "T_ID1");
+            let bits = self.setup.master_gsd.as_ref().and_then(|gsd| gsd.idle_bits(rate));
+            let least = bits.map_or(syn, |bits| rate.bit_times(bits));
+            judge(self, Row::T05, least, "T_ID1");
         }
     }
 
@@ -355,10 +357,15 @@ impl Observer {
     }
 
     /// How long it usually is from one request to a station to the next: the median.
-    pub(in crate::judge) fn usual_interval(&self, station: Address) -> Option<Duration> {
-        let mut intervals = self.views.get(&station.number())?.intervals.clone();
-        intervals.sort_unstable();
-        intervals.get(intervals.len() / 2).copied()
+    fn usual_interval(&self, station: Address) -> Option<Duration> {
+        median(self.views.get(&station.number())?.intervals.clone())
+    }
+
+    /// The same of the newest so many requests that were kept.
+    pub(in crate::judge) fn newest_interval(&self, station: Address, count: u32) -> Option<Duration> {
+        let intervals = &self.views.get(&station.number())?.intervals;
+        let count = usize::try_from(count).unwrap_or(usize::MAX);
+        median(intervals.iter().rev().take(count).copied().collect())
     }
 
     pub(super) fn finish_timing(&mut self) {
@@ -473,4 +480,9 @@ impl Observer {
             self.held(Row::I04);
         }
     }
+}
+
+fn median(mut times: Vec<Duration>) -> Option<Duration> {
+    times.sort_unstable();
+    times.get(times.len() / 2).copied()
 }

@@ -9,9 +9,9 @@ use crate::profibus::fdl::Address;
 /// What is being tried.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Progress {
-    /// The number of the scenario, from 1 on.
+    /// The number of the scenario, from 1 on; above [`Progress::of`] those that a soak repeats.
     pub number: usize,
-    /// How many there are.
+    /// How many different ones there are.
     pub of: usize,
     /// What is tried.
     pub name: String,

@@ -3,7 +3,7 @@
 
 use core::time::Duration;
 
-use super::{BASELINE, Ending, Judge, LIMIT, MANY, Phase};
+use super::{BASELINE, Ending, Judge, MANY, Phase};
 use crate::judge::findings::{Verdict, Weight};
 use crate::judge::rows::Row;
 use crate::judge::scenario::Scenario;
@@ -111,8 +111,8 @@ impl Judge {
             let exchanges = counts.exchanges.saturating_sub(before.exchanges);
             if let Some((row, least)) = played.others {
                 // Every slave answers here: the cycle is hardly longer than it was.
-                let usual = self.observer.usual_interval(other).filter(|_| row == Row::I05);
-                let lasts = played.steps.first().map_or(Duration::ZERO, |step| step.lasts);
+                let usual = (row == Row::I05 && !self.cycle().is_zero()).then(|| self.cycle());
+                let lasts = played.steps.first().map_or(Duration::ZERO, |step| self.time(step));
                 let share = usual.map_or(0, |usual| lasts.as_micros() / usual.as_micros().max(1) / 4);
                 let least = least.max(u32::try_from(share).unwrap_or(u32::MAX));
                 if exchanges >= least {
@@ -159,7 +159,7 @@ impl Judge {
     /// Data exchange has come back.
     pub(super) fn returned(&mut self, scenario: &Scenario) {
         let acted = scenario.steps.iter().any(|step| step.act.is_some() || step.ask.is_some());
-        if self.struck == 0 && !acted {
+        if self.injected == 0 && !acted {
             for row in &scenario.rows {
                 if !self.observer.findings.is_judged(*row) {
                     let reason = format!("the master gave no occasion: {}", scenario.name);
@@ -191,14 +191,16 @@ impl Judge {
         }
         let reason = format!(
             "no data exchange with station {station} within {} s after: {}",
-            LIMIT.as_secs(),
+            self.later_limit().as_secs(),
             scenario.name
         );
         for row in self.at_stake(scenario) {
             self.observer.show(row, Weight::Once, reason.clone());
         }
         let asked = self.observer.last_asked(station);
-        if scenario.returns.is_empty() && asked.is_none_or(|asked| self.observer.is_long_ago(asked, LIMIT)) {
+        if scenario.returns.is_empty()
+            && asked.is_none_or(|asked| self.observer.is_long_ago(asked, self.later_limit()))
+        {
             self.observer.show(
                 Row::L06,
                 Weight::Once,

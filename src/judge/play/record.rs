@@ -3,13 +3,17 @@
 use core::time::Duration;
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Judge, Progress};
+use super::{BASELINE, Judge, MORE_CYCLES, Progress};
 use crate::judge::rows::Row;
-use crate::judge::scenario::Scenario;
+use crate::judge::scenario::{Scenario, Step};
+use crate::judge::setup::Slave;
 use crate::time::Instant;
 
-/// A scenario takes so long beside its steps, until data exchange has come back.
-const RETURN: Duration = Duration::from_millis(600);
+/// A scenario takes so many cycles beside its steps, and so long at least, until data exchange has come back.
+const RETURN: u32 = 14;
+const LEAST_RETURN: Duration = Duration::from_millis(150);
+/// The longest cycle that is waited for.
+const LONGEST_CYCLE: Duration = Duration::from_secs(2);
 
 /// Times of a judgement.
 #[derive(Debug, Default)]
@@ -20,6 +24,8 @@ pub(super) struct Record {
     playing: Option<(usize, Instant)>,
     /// How long scenarios of a row were played.
     spent: BTreeMap<Row, Duration>,
+    /// How long a cycle of the master takes, once data are exchanged.
+    cycle: Duration,
 }
 
 impl Record {
@@ -38,6 +44,40 @@ impl Record {
 }
 
 impl Judge {
+    /// How long a cycle of the master takes; zero until it is known.
+    pub(super) const fn cycle(&self) -> Duration {
+        self.record.cycle
+    }
+
+    /// Measures the cycle when every station has just exchanged data without disturbance: that of the one that is asked least.
+    pub(super) fn measure(&mut self) {
+        if self.record.cycle.is_zero() {
+            let stations = self.observer.setup.present();
+            let newest = |slave: &Slave| self.observer.newest_interval(slave.address, BASELINE - 1);
+            let longest = stations.filter_map(newest).max();
+            self.record.cycle = longest.unwrap_or_default().min(LONGEST_CYCLE);
+        }
+    }
+
+    /// How long the judgement may take.
+    pub(super) fn limit(&self) -> Duration {
+        if self.is_limited {
+            return self.limit;
+        }
+        self.limit + self.cycle() * MORE_CYCLES + self.soak_time()
+    }
+
+    /// How long a step lasts with this master.
+    pub(super) fn time(&self, step: &Step) -> Duration {
+        step.time(&self.observer.setup, self.cycle())
+    }
+
+    /// How long a scenario takes, about.
+    fn time_of(&self, scenario: &Scenario) -> Duration {
+        let steps = scenario.steps.iter().filter(|step| !step.until_injected);
+        steps.map(|step| self.time(step)).sum::<Duration>() + LEAST_RETURN.max(self.cycle() * RETURN)
+    }
+
     /// The scenario that was played is over.
     pub(super) fn end_record(&mut self) {
         let (Some((scenario, since)), Some(now)) = (self.record.playing.take(), self.record.now) else {
@@ -55,18 +95,17 @@ impl Judge {
     pub(super) fn tell(&mut self, scenario: usize) {
         self.end_record();
         self.record.playing = self.record.now.map(|now| (scenario, now));
-        let left = self.scenarios.iter().skip(scenario).map(time).sum();
+        let repeated = self.soak.as_ref().map_or(0, |soak| soak.repeated);
+        // What is repeated comes behind all of them.
+        let rest = self.scenarios.iter().skip(if repeated == 0 { scenario } else { self.scenarios.len() });
+        let soak = self.soak.as_ref().map_or(Duration::ZERO, |soak| soak.left(self.record.now));
+        let left = rest.map(|scenario| self.time_of(scenario)).sum::<Duration>() + soak;
         let name = self.scenarios.get(scenario).map(|played| played.name.clone());
         self.observer.findings.play(name);
         if let Some(played) = self.scenarios.get(scenario) {
-            let (number, of, name) = (scenario + 1, self.scenarios.len(), played.name.clone());
+            let (of, name) = (self.scenarios.len(), played.name.clone());
+            let number = if repeated == 0 { scenario + 1 } else { of + repeated };
             self.progress = Some(Progress { number, of, name, left });
         }
     }
-}
-
-/// How long a scenario takes, about.
-fn time(scenario: &Scenario) -> Duration {
-    let steps = scenario.steps.iter().filter(|step| !step.until_injected);
-    steps.map(|step| step.lasts).sum::<Duration>() + RETURN
 }

@@ -29,6 +29,7 @@ impl Report {
                 self.write_finding(&mut page, judgement);
             }
         }
+        self.write_figures_page(&mut page);
         self.write_rows(&mut page);
         let _ = writeln!(
             page,

@@ -11,6 +11,25 @@ fn step(act: Option<Act>, faults: &[&str], millis: u64) -> Step {
     Step { act, faults, lasts: Duration::from_millis(millis), ..Step::default() }
 }
 
+/// A step that lasts so many cycles of the master, and so long at least.
+fn cycles(act: Option<Act>, faults: &[&str], cycles: u32, millis: u64) -> Step {
+    Step { cycles, ..step(act, faults, millis) }
+}
+
+/// A diagnosis has gone: the master reads that.
+fn gone() -> Step {
+    cycles(Some(Act::DiagnosisGone), &[], GONE, 100)
+}
+
+/// Cycles until a diagnosis that was announced is read and the data exchange behind it was seen.
+const READ: u32 = 30;
+/// Cycles until the end of a diagnosis is read.
+const GONE: u32 = 15;
+/// Cycles until a start-up that a diagnosis asks for has begun, and is over.
+const RESTARTED: u32 = 40;
+/// Cycles at least with random errors.
+const RANDOM: u32 = 240;
+
 /// Every scenario that the rows need.
 pub fn built_in(setup: &Setup) -> Vec<Scenario> {
     let mut list = vec![joins_late()];
@@ -58,7 +77,7 @@ fn lost_replies() -> Vec<Scenario> {
     list
 }
 
-/// One spoilt reply to Data_Exchange each.
+/// One wrong reply to Data_Exchange each.
 fn bad_replies(setup: &Setup) -> Vec<Scenario> {
     let data = |kind: &str| format!("{kind},count=1,station=S,service=Data_Exchange");
     let one = |name: &str, row: Row, kind: &str| Scenario {
@@ -88,12 +107,8 @@ fn bad_replies(setup: &Setup) -> Vec<Scenario> {
     for name in ["noise in front of a reply", "noise instead of a reply"] {
         let mut scenario = one(name, Row::E12, "noise=7");
         if name.contains("instead") {
-            scenario.steps = vec![Step {
-                faults: vec![data("noise=7"), data("no-reply")],
-                until_injected: true,
-                lasts: Duration::from_secs(3),
-                ..Step::default()
-            }];
+            scenario.steps =
+                vec![Step { faults: vec![data("noise=7"), data("no-reply")], ..scenario.steps.remove(0) }];
         }
         list.push(Scenario { returns: vec![Row::E12], ..scenario });
     }
@@ -102,9 +117,8 @@ fn bad_replies(setup: &Setup) -> Vec<Scenario> {
         ("Slave_Diag answered from another SAP", "wrong-saps"),
     ] {
         let fault = format!("{kind},count=1,station=S,service=Slave_Diag");
-        let spoil = Step { act: Some(Act::Diagnose), ..Scenario::one(name, &[], &[&fault]).steps.remove(0) };
-        let gone = step(Some(Act::DiagnosisGone), &[], 300);
-        list.push(Scenario { steps: vec![spoil, gone], ..Scenario::one(name, &[Row::E14], &[]) });
+        let fault = Step { act: Some(Act::Diagnose), ..Scenario::one(name, &[], &[&fault]).steps.remove(0) };
+        list.push(Scenario { steps: vec![fault, gone()], ..Scenario::one(name, &[Row::E14], &[]) });
     }
     list
 }
@@ -149,8 +163,8 @@ fn waiting() -> Vec<Scenario> {
 
 /// Diagnoses while data are exchanged.
 fn diagnoses() -> Vec<Scenario> {
-    let told = |name: &str, row: &[Row], act: Act, faults: &[&str], millis| Scenario {
-        steps: vec![step(Some(act), faults, millis), step(Some(Act::DiagnosisGone), &[], 500)],
+    let told = |name: &str, row: &[Row], act: Act, faults: &[&str], lasts: u32| Scenario {
+        steps: vec![cycles(Some(act), faults, lasts, 200), gone()],
         ..Scenario::one(name, row, &[])
     };
     let diag = |octets: &str| format!("diag={octets},count=1,station=S,service=Slave_Diag");
@@ -158,32 +172,44 @@ fn diagnoses() -> Vec<Scenario> {
     let twice = |octets: &str| format!("diag={octets},count=2,station=S,service=Slave_Diag");
     let overflow = Act::Diagnose;
     let mut list = vec![
-        told("a diagnosis, then its end", &[Row::D01, Row::D06, Row::D13, Row::D11], Act::Diagnose, &[], 800),
-        told("a diagnosis of 244 octets", &[Row::D08], Act::LongDiagnosis, &[], 800),
-        told("a diagnosis of 244 octets again", &[Row::D08], Act::LongDiagnosis, &[], 800),
-        told("Ext_Diag_Overflow", &[Row::D09], overflow, &[&diag("....80")], 800),
-        told("Ext_Diag_Overflow again", &[Row::D09], overflow, &[&diag("....80")], 800),
-        told("Prm_Req while data are exchanged", &[Row::D02], Act::Diagnose, &[&twice("..0D")], 1500),
+        told(
+            "a diagnosis, then its end",
+            &[Row::D01, Row::D06, Row::D13, Row::D11],
+            Act::Diagnose,
+            &[],
+            READ,
+        ),
+        told("a diagnosis of 244 octets", &[Row::D08], Act::LongDiagnosis, &[], READ),
+        told("a diagnosis of 244 octets again", &[Row::D08], Act::LongDiagnosis, &[], READ),
+        told("Ext_Diag_Overflow", &[Row::D09], overflow, &[&diag("....80")], READ),
+        told("Ext_Diag_Overflow again", &[Row::D09], overflow, &[&diag("....80")], READ),
+        told("Prm_Req while data are exchanged", &[Row::D02], Act::Diagnose, &[&twice("..0D")], RESTARTED),
         told(
             "Station_Not_Ready while data are exchanged",
             &[Row::D15],
             Act::Diagnose,
             &[&twice("020C")],
-            1500,
+            RESTARTED,
         ),
-        told("no owner while data are exchanged", &[Row::D15], Act::Diagnose, &[&twice("......FF")], 1500),
-        told("bits that only masters set", &[Row::D16], Act::Diagnose, &[&diag("A18C")], 1000),
+        told(
+            "no owner while data are exchanged",
+            &[Row::D15],
+            Act::Diagnose,
+            &[&twice("......FF")],
+            RESTARTED,
+        ),
+        told("bits that only masters set", &[Row::D16], Act::Diagnose, &[&diag("A18C")], READ),
     ];
     if let Some(scenario) = list.last_mut() {
         scenario.returns = vec![Row::D16];
     }
     list.push(Scenario {
         station: Which::OutputsOnly,
-        ..told("a diagnosis of a station with outputs only", &[Row::D11], Act::Diagnose, &[], 800)
+        ..told("a diagnosis of a station with outputs only", &[Row::D11], Act::Diagnose, &[], READ)
     });
     list.push(Scenario {
         others: Some((Row::D14, 3)),
-        steps: vec![step(None, &["diag-storm,station=S"], 2000)],
+        steps: vec![cycles(None, &["diag-storm,station=S"], 60, 1000)],
         ..Scenario::one("a diagnosis announced in every reply", &[Row::D14], &[])
     });
     list.push(Scenario {
@@ -233,12 +259,12 @@ fn losses(setup: &Setup) -> Vec<Scenario> {
             ..Scenario::one("a station is silent for a short time and keeps its state", &[Row::L07], &[])
         },
         Scenario {
-            steps: vec![lost(500), step(Some(Act::Take), &[], 2000), step(Some(Act::Release), &[], 50)],
+            steps: vec![lost(500), cycles(Some(Act::Take), &[], 40, 1200), step(Some(Act::Release), &[], 50)],
             returns: vec![Row::D07],
             ..Scenario::one("a silent station comes back with another owner", &[Row::D07], &[])
         },
         Scenario {
-            steps: vec![step(Some(Act::Take), &[], 2500), step(Some(Act::Release), &[], 50)],
+            steps: vec![cycles(Some(Act::Take), &[], 40, 1500), step(Some(Act::Release), &[], 50)],
             returns: vec![Row::L05],
             ..Scenario::one("another master takes a station", &[Row::L05], &[])
         },
@@ -256,6 +282,7 @@ fn start_ups() -> Vec<Scenario> {
         let mut scenario = once(name, rows, faults);
         for step in &mut scenario.steps {
             step.until_injected = false;
+            step.until_lost = true;
             step.lasts = Duration::from_millis(millis);
         }
         scenario
@@ -279,11 +306,11 @@ fn start_ups() -> Vec<Scenario> {
         once("Chk_Cfg is refused three times", &[Row::D05], &["refuse-cfg,count=3,station=S"]),
         once("RS to Set_Prm", &[Row::U08], &["reject,count=1,station=S,service=Set_Prm"]),
         once("RS to Chk_Cfg", &[Row::U08], &["reject,count=1,station=S,service=Chk_Cfg"]),
-        lasting("Set_Prm is not answered", &[Row::U09], &["drop-request,station=S,service=Set_Prm"], 1500),
-        lasting("Chk_Cfg is not answered", &[Row::U09], &["drop-request,station=S,service=Chk_Cfg"], 1500),
+        lasting("Set_Prm is not answered", &[Row::U09], &["drop-request,station=S,service=Set_Prm"], 800),
+        lasting("Chk_Cfg is not answered", &[Row::U09], &["drop-request,station=S,service=Chk_Cfg"], 800),
         Scenario {
             returns: Vec::new(),
-            ..lasting("another ident number", &[Row::U07], &[&format!("diag=........5AA5,{diag}")], 1500)
+            ..lasting("another ident number", &[Row::U07], &[&format!("diag=........5AA5,{diag}")], 600)
         },
     ];
     for number in 1..=10 {
@@ -309,7 +336,7 @@ fn persistent_replies(setup: &Setup) -> Vec<Scenario> {
     let inputs = probe.subject(setup).and_then(|slave| slave.lengths()).map_or(1, |lengths| lengths.inputs);
     let lasting = |name: &str, row: Row, fault: &str| Scenario {
         needs: vec![Need::Inputs],
-        steps: vec![step(None, &[fault], 2200)],
+        steps: vec![cycles(None, &[fault], 20, 1700)],
         returns: vec![row],
         ..Scenario::one(name, &[row], &[])
     };
@@ -405,7 +432,7 @@ fn random_errors() -> Scenario {
         "drop-request,rate=0.002,seed=14",
     ];
     Scenario {
-        steps: vec![step(None, &faults, 6000)],
+        steps: vec![cycles(None, &faults, RANDOM, 5000)],
         returns: vec![Row::E17],
         ..Scenario::one("one per cent of random errors", &[Row::E17], &[])
     }

@@ -183,14 +183,14 @@ fn a_master_that_cannot_be_operated_is_not_accused() {
     assert!(table.contains("the command of --ask failed: stop"), "{table}");
 }
 
-/// Every row with `PROFIDRIVE_LONG`.
+/// Every row with `PROFIDRIVE_EVERY_ROW`.
 #[test]
 fn a_correct_master_with_an_absent_station_passes_over_a_terminal() {
     let dir = TempDir::new().unwrap();
     let bus = dir.path().join("bus");
     let link = format!("pty:{}", text(&bus));
     let more = ["--station", "9,ident=1234,cfg=2313,absent", "--link", &link];
-    let all = std::env::var_os("PROFIDRIVE_LONG").is_some();
+    let all = std::env::var_os("PROFIDRIVE_EVERY_ROW").is_some();
     let rows: &[&str] = if all { &[] } else { &["--only", "M-C10,M-I03,M-T0*,M-E05"] };
     let (child, _, stdout) = start(&[STATIONS, &more, rows].concat());
     let begin = Instant::now();
@@ -200,6 +200,57 @@ fn a_correct_master_with_an_absent_station_passes_over_a_terminal() {
     let took = begin.elapsed();
     println!("{} s", took.as_secs());
     assert!(took < Duration::from_secs(200), "{took:?}");
+}
+
+/// Every row of a master with a cycle of 2 ms, with `PROFIDRIVE_LONG`: at most 90 s.
+#[test]
+fn every_row_over_a_terminal_takes_at_most_ninety_seconds() {
+    let dir = TempDir::new().unwrap();
+    let (bus, json) = (dir.path().join("bus"), dir.path().join("v.json"));
+    let link = format!("pty:{}", text(&bus));
+    let all = std::env::var_os("PROFIDRIVE_LONG").is_some();
+    let rows: &[&str] = if all { &[] } else { &["--only", "M-C03,M-E01"] };
+    let (child, _, stdout) = start(&[STATIONS, &["--link", &link, "--json", text(&json)], rows].concat());
+    let _master = Running::on_terminal(&bus, None);
+    let log = passed(stdout, child, &["M-C03", "M-E01"]);
+    let report: serde_json::Value = serde_json::from_str(&fs::read_to_string(&json).unwrap()).unwrap();
+    let took = report["seconds"].as_f64().unwrap();
+    println!("{took} s, {}", report["figures"]);
+    assert!(took < 90.0, "{took} s");
+    // What is said of the rest at the beginning is about right.
+    let (_, left) = log.split_once(", about ").unwrap();
+    let left: f64 = left.split(' ').next().unwrap().parse().unwrap();
+    println!("about {left} s left at the first scenario");
+    assert!(!all || (left > took / 2.0 && left < took * 2.0), "{left} s said, {took} s taken");
+}
+
+#[test]
+fn a_soak_repeats_scenarios_and_reports_figures() {
+    let dir = TempDir::new().unwrap();
+    let (bus, json) = (dir.path().join("bus"), dir.path().join("v.json"));
+    let link = format!("pty:{}", text(&bus));
+    let soak = ["--soak", "4s", "--seed", "9", "--only", "M-C03,M-E01", "--json", text(&json)];
+    let (child, _, stdout) = start(&[STATIONS, &["--link", &link], &soak].concat());
+    let _master = Running::on_terminal(&bus, None);
+    let log = passed(stdout, child, &["M-C03", "M-E01"]);
+    assert!(log.contains("soak, about "), "{log}");
+    let report: serde_json::Value = serde_json::from_str(&fs::read_to_string(&json).unwrap()).unwrap();
+    let figures = &report["figures"];
+    assert!(figures["cycles"].as_u64() > Some(10) && figures["retries"].as_u64() > Some(2), "{figures}");
+    assert_eq!(
+        (&report["configuration"]["soak"], &report["configuration"]["seed"]),
+        (&"4s".into(), &"9".into())
+    );
+    for (arguments, words) in [
+        (&["--soak", "4"][..], "'4' is no such time; expected for example 90s, 10min or 8h"),
+        (&["--soak", "0s"], "'0s' is no such time"),
+        (&["--soak", "9h", "--time", "5"], "cannot be used with"),
+        (&["--seed", "5"], "--soak"),
+    ] {
+        let (code, _, stderr) = run(&[STATIONS, arguments].concat());
+        assert_eq!(code, Some(2), "{stderr}");
+        assert!(stderr.contains(words), "{stderr}");
+    }
 }
 
 #[test]

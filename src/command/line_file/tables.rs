@@ -1,0 +1,303 @@
+//! The tables and keys of the file. Their words are the descriptions of the JSON Schema.
+
+use core::fmt;
+use core::marker::PhantomData;
+use core::ops::Range;
+use std::collections::BTreeMap;
+
+use crate::host::list::{Given, Group};
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+use toml::Spanned;
+
+/// A value, and where it stands.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(transparent)]
+pub(super) struct At<T>(Spanned<T>);
+
+impl<T> At<T> {
+    pub(super) fn span(&self) -> Range<usize> {
+        self.0.span()
+    }
+
+    pub(super) fn get(&self) -> &T {
+        self.0.get_ref()
+    }
+}
+
+/// A file for `profidrive emulate --line`.
+#[derive(Debug, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub(super) struct LineFile {
+    /// The lines, each with a master of its own.
+    pub(super) line: Vec<At<LineTable>>,
+    /// Where the metrics of all lines are served to Prometheus, ADDR:PORT.
+    pub(super) metrics: Option<At<String>>,
+    /// Lets other machines read the metrics.
+    pub(super) metrics_allow_remote: Option<At<bool>>,
+}
+
+/// A line of PROFIBUS with drives and stations, or a CAN bus with nodes.
+#[derive(Debug, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub(super) struct LineTable {
+    /// pty, pty:PATH, serial:DEVICE, tcp:HOST:PORT; of a CAN bus slcan-pty, slcan-pty:PATH, slcan-tcp:HOST:PORT, slcan-tty:PATH, socketcan:INTERFACE.
+    pub(super) link: At<String>,
+    /// Bit/s, or "auto".
+    pub(super) baud: Option<At<Baud>>,
+    /// The slot time of the master on a serial line, 37 to 16383 bit times.
+    pub(super) slot_time: Option<At<u16>>,
+    /// Do not listen first whether another station has an address.
+    pub(super) force_address: Option<At<bool>>,
+    /// Lets other machines connect to a tcp link.
+    pub(super) allow_remote: Option<At<bool>>,
+    /// Where the panel is served, ADDR:PORT.
+    pub(super) panel: Option<At<String>>,
+    /// Lets other machines reach the panel.
+    pub(super) panel_allow_remote: Option<At<bool>>,
+    /// The directory in which the drives or nodes keep their EEPROMs.
+    pub(super) state_dir: Option<At<String>>,
+    /// The file for a capture, FILE.pcapng.
+    pub(super) capture: Option<At<String>>,
+    /// How all drives or nodes behave where the manuals are not clear: name and value (docs/quirks.md).
+    #[serde(default)]
+    pub(super) quirks: BTreeMap<String, At<String>>,
+    /// Drives on PROFIBUS.
+    #[serde(default)]
+    pub(super) drive: Vec<At<DeviceTable<Drive>>>,
+    /// Drives with variable speed of PROFIDRIVE version 2 (docs/ppo-drive.md).
+    #[serde(default)]
+    pub(super) ppo_drive: Vec<At<DeviceTable<PpoDrive>>>,
+    /// Stations that a GSD describes.
+    #[serde(default)]
+    pub(super) station: Vec<At<DeviceTable<Station>>>,
+    /// CANopen nodes.
+    #[serde(default)]
+    pub(super) node: Vec<At<DeviceTable<Node>>>,
+    /// Faults on purpose.
+    #[serde(default)]
+    pub(super) fault: Vec<FaultTable>,
+}
+
+/// A rate.
+#[derive(Debug, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(untagged)]
+pub(super) enum Baud {
+    /// Bit/s.
+    Rate(u32),
+    /// "auto".
+    Word(String),
+}
+
+/// A group of devices, whose tables have the keys of its specification.
+pub(super) trait OfGroup {
+    const GROUP: Group;
+}
+
+/// [`Group::Drive`].
+#[derive(Debug)]
+pub(super) struct Drive;
+
+/// [`Group::PpoDrive`].
+#[derive(Debug)]
+pub(super) struct PpoDrive;
+
+/// [`Group::Station`].
+#[derive(Debug)]
+pub(super) struct Station;
+
+/// [`Group::Node`].
+#[derive(Debug)]
+pub(super) struct Node;
+
+impl OfGroup for Drive {
+    const GROUP: Group = Group::Drive;
+}
+
+impl OfGroup for PpoDrive {
+    const GROUP: Group = Group::PpoDrive;
+}
+
+impl OfGroup for Station {
+    const GROUP: Group = Group::Station;
+}
+
+impl OfGroup for Node {
+    const GROUP: Group = Group::Node;
+}
+
+/// A device of a group: the keys of its specification and, of a station, how its inputs change.
+#[derive(Debug)]
+pub(super) struct DeviceTable<G> {
+    pub(super) given: Vec<(String, Given)>,
+    pub(super) input: Vec<At<InputTable>>,
+    group: PhantomData<G>,
+}
+
+/// The key of inputs, which no specification has.
+pub(super) const INPUT: &str = "input";
+
+impl<'de, G: OfGroup> Deserialize<'de> for DeviceTable<G> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_map(Keys(PhantomData))
+    }
+}
+
+struct Keys<G>(PhantomData<G>);
+
+impl<'de, G: OfGroup> Visitor<'de> for Keys<G> {
+    type Value = DeviceTable<G>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "a table [[line.{}]]", G::GROUP.name())
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<DeviceTable<G>, A::Error> {
+        let (mut given, mut input) = (Vec::new(), Vec::new());
+        while let Some(key) = map.next_key::<String>()? {
+            if key == INPUT && G::GROUP == Group::Station {
+                input = map.next_value()?;
+            } else {
+                given.push((key, map.next_value()?));
+            }
+        }
+        Ok(DeviceTable { given, input, group: PhantomData })
+    }
+}
+
+/// A value in a slot.
+#[derive(Debug, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub(super) struct PointTable {
+    /// The number of the slot.
+    pub(super) slot: At<u16>,
+    /// Its first octet in the slot, from 0; 0 unless given.
+    pub(super) octet: Option<At<u8>>,
+    /// bit0 to bit7, unsigned8, unsigned16, unsigned32, signed8, signed16, signed32 or float32.
+    #[serde(rename = "type")]
+    pub(super) kind: At<String>,
+}
+
+/// An input and what it follows. Times are 500us, 20ms or 5s, at most 3600s.
+#[derive(Debug, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub(super) struct InputTable {
+    /// The number of the slot.
+    pub(super) slot: At<u16>,
+    /// Its first octet in the slot, from 0; 0 unless given.
+    pub(super) octet: Option<At<u8>>,
+    /// bit0 to bit7, unsigned8, unsigned16, unsigned32, signed8, signed16, signed32 or float32.
+    #[serde(rename = "type")]
+    pub(super) kind: At<String>,
+    /// constant unless given.
+    pub(super) behaviour: Option<At<Behaviour>>,
+    /// constant: the value.
+    pub(super) value: Option<At<f64>>,
+    /// count, ramp: the first value.
+    pub(super) from: Option<At<f64>>,
+    /// count, ramp: the last value.
+    pub(super) to: Option<At<f64>>,
+    /// count: added each time; 1 unless given.
+    pub(super) step: Option<At<f64>>,
+    /// count: the time between two values.
+    pub(super) every: Option<At<String>>,
+    /// ramp: how long it takes.
+    pub(super) time: Option<At<String>>,
+    /// ramp: hold unless given.
+    pub(super) then: Option<At<Then>>,
+    /// sine: the mean value; 0 unless given.
+    pub(super) mean: Option<At<f64>>,
+    /// sine: the amplitude.
+    pub(super) amplitude: Option<At<f64>>,
+    /// sine: the time of one period.
+    pub(super) period: Option<At<String>>,
+    /// sine: the time in a period at which it begins; 0 unless given.
+    pub(super) phase: Option<At<String>>,
+    /// table: a CSV file with the lines SECONDS;VALUE.
+    pub(super) file: Option<At<String>>,
+    /// table: starts again after this time; unless given the last value stays.
+    pub(super) repeat: Option<At<String>>,
+    /// mirror, follow: the output.
+    pub(super) of: Option<PointTable>,
+    /// follow: the address of the other station on the same line.
+    pub(super) station: Option<At<u8>>,
+    /// follow: how much later.
+    pub(super) delay: Option<At<String>>,
+}
+
+/// What an input follows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Behaviour {
+    /// Always `value`.
+    Constant,
+    /// The output `of` of the same station.
+    Mirror,
+    /// Counts from `from` to `to`: `step` is added `every` time; then again.
+    Count,
+    /// Linearly from `from` to `to` in `time`, `then` hold, repeat or return.
+    Ramp,
+    /// `mean` + `amplitude` * sin(2 pi (time + `phase`) / `period`).
+    Sine,
+    /// The rows of the CSV `file`.
+    Table,
+    /// The output `of` of another `station`, `delay` later.
+    Follow,
+}
+
+/// What a ramp does at its end.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Then {
+    /// Stays.
+    Hold,
+    /// Starts again.
+    Repeat,
+    /// Goes back to the first value, and so on.
+    Return,
+}
+
+/// A fault on purpose, and when it may act.
+#[derive(Debug, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub(super) struct FaultTable {
+    /// As for `--fault` (docs/faults.md), for example "late=3ms,station=7,service=Data_Exchange,at=100".
+    pub(super) fault: At<String>,
+    /// Not before this time after the start of the line, for example "10s".
+    pub(super) from: Option<At<String>>,
+    /// Not after this time.
+    pub(super) until: Option<At<String>>,
+    /// Only while this is true.
+    #[serde(rename = "while")]
+    pub(super) while_input: Option<At<WhileTable>>,
+}
+
+/// A condition on an input of a station: one of `is`, `above`, `below`.
+#[derive(Debug, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub(super) struct WhileTable {
+    /// The address of the station.
+    pub(super) station: At<u8>,
+    /// The number of the slot.
+    pub(super) slot: At<u16>,
+    /// Its first octet in the slot, from 0; 0 unless given.
+    pub(super) octet: Option<At<u8>>,
+    /// bit0 to bit7, unsigned8, unsigned16, unsigned32, signed8, signed16, signed32 or float32.
+    #[serde(rename = "type")]
+    pub(super) kind: At<String>,
+    /// It has this value.
+    pub(super) is: Option<At<f64>>,
+    /// It is greater.
+    pub(super) above: Option<At<f64>>,
+    /// It is less.
+    pub(super) below: Option<At<f64>>,
+}

@@ -1,0 +1,198 @@
+//! What the test master sends, mistakes included.
+
+use profidrive::profibus::fdl::{
+    Address, DataTelegram, FrameCount, FunctionCode, MAX_TELEGRAM_LEN, Sap, Service,
+};
+
+use super::mistakes::Mistake;
+use super::slave::State;
+use super::{Beside, Configured, HSA, Stop, TestMaster};
+
+impl TestMaster {
+    pub(super) fn ask(&mut self, turn: usize) -> Vec<u8> {
+        let wants_diag = self.slaves[turn].wants_diag;
+        let (sap, data) = match self.slaves[turn].state {
+            _ if self.stop == Stop::Releasing => (Some(61), self.release(turn)),
+            State::Exchange if wants_diag => (Some(60), Vec::new()),
+            State::Exchange => (None, self.outputs(turn)),
+            State::Diag1 | State::Diag2 => (Some(60), Vec::new()),
+            State::Prm => (Some(61), self.prm(turn)),
+            State::Cfg => (Some(62), self.cfg(turn)),
+        };
+        let first = match self.mistake {
+            Some(Mistake::FirstCounted) if self.slaves[turn].turns == 1 => Some(false),
+            _ => None,
+        };
+        let common = self.common;
+        let common_bit = self.does(Mistake::CommonBit);
+        let slave = &mut self.slaves[turn];
+        let count = match (slave.operational, slave.count.or(first)) {
+            (_, None) => FrameCount::First,
+            (false, Some(_)) if first.is_none() => FrameCount::First,
+            (_, Some(bit)) => {
+                let bit = if common_bit { common } else { bit };
+                if bit { FrameCount::Odd } else { FrameCount::Even }
+            }
+        };
+        if common_bit && count != FrameCount::First {
+            self.common = !self.common;
+        }
+        let service = match self.mistake {
+            Some(Mistake::WrongFunction) if sap == Some(61) => Service::SdaHigh,
+            _ => Service::SrdHigh,
+        };
+        let address = self.slaves[turn].configured.address;
+        self.telegram(address, sap, FunctionCode::request(service, count), &data)
+    }
+
+    /// A telegram of the ring.
+    pub(super) fn of_ring(&mut self, beside: Beside) -> Vec<u8> {
+        let own = self.settings.address;
+        match beside {
+            Beside::Token => vec![0xDC, own, own],
+            Beside::Noise => vec![0x33; 200],
+            Beside::Poll => {
+                self.polling = true;
+                self.gap = if self.gap >= HSA { 0 } else { self.gap + 1 };
+                if self.gap == own {
+                    self.gap += 1;
+                }
+                let fc = 0x49;
+                vec![0x10, self.gap, own, fc, self.gap.wrapping_add(own).wrapping_add(fc), 0x16]
+            }
+        }
+    }
+
+    pub(super) fn telegram(&self, to: u8, sap: Option<u8>, fc: FunctionCode, data: &[u8]) -> Vec<u8> {
+        let mut ssap = sap.and(Sap::new(62));
+        if self.does(Mistake::NoSsap) && sap == Some(60) {
+            ssap = None;
+        }
+        let dsap = sap.and_then(Sap::new);
+        let format = DataTelegram::customary_format(dsap, ssap, data);
+        let telegram =
+            DataTelegram { format, da: Address::from_octet(to), sa: self.address(), dsap, ssap, fc, data };
+        let mut buf = [0; MAX_TELEGRAM_LEN];
+        telegram.encode(&mut buf).unwrap().to_vec()
+    }
+
+    pub(super) fn control(&self, command: u8, groups: u8) -> Vec<u8> {
+        let command = if self.does(Mistake::ReservedControl) { command | 0x40 } else { command };
+        let count = if self.does(Mistake::CountedControl) { FrameCount::First } else { FrameCount::Unused };
+        let fc = FunctionCode::request(Service::SdnHigh, count);
+        self.telegram(127, Some(58), fc, &[command, groups])
+    }
+
+    /// A telegram beside the cycle that is a mistake.
+    pub(super) fn extra(&mut self) -> Option<Vec<u8>> {
+        self.extras += 1;
+        let nth = self.extras;
+        let own = self.settings.address;
+        let short =
+            |to: u8, from: u8, fc: u8| vec![0x10, to, from, fc, to.wrapping_add(from).wrapping_add(fc), 0x16];
+        let poll = |to: u8| short(to, own, 0x49);
+        let token = |to: u8| vec![0xDC, to, own];
+        let broken = |at: usize| {
+            let mut octets = self.control(0, 0);
+            octets[at] ^= 0x01;
+            octets
+        };
+        let first = FunctionCode::request(Service::SrdHigh, FrameCount::First);
+        let octets = match self.mistake? {
+            Mistake::Strangers => self.telegram(99, Some(61), first, &[0x88, 1, 1, 11, 0, 1, 0]),
+            Mistake::SendsSc => vec![0xE5],
+            Mistake::BrokenLength => broken(2),
+            Mistake::WrongEnd => broken(self.control(0, 0).len() - 1),
+            Mistake::EmptySd2 => {
+                let sum = 99_u8.wrapping_add(own).wrapping_add(0x49);
+                vec![0x68, 3, 3, 0x68, 99, own, 0x49, sum, 0x16]
+            }
+            Mistake::HugeLength => [&[0x68, 250, 250, 0x68][..], &[own; 20], &[0x16]].concat(),
+            Mistake::OtherSource => short(99, own + 1, 0x49),
+            Mistake::AsksItself => poll(own),
+            Mistake::AsksEverybody => poll(127),
+            Mistake::CountedPoll => short(99, own, 0x69),
+            Mistake::NoListening => token(own),
+            Mistake::TokenToSlave => token(self.slaves[0].configured.address),
+            Mistake::GapRepeats | Mistake::GapTwice | Mistake::GapFalls | Mistake::GapAboveHsa
+                if nth.is_multiple_of(if self.does(Mistake::GapTwice) { 3 } else { 2 }) =>
+            {
+                token(own)
+            }
+            Mistake::GapRepeats => poll(50),
+            Mistake::GapTwice => poll(49 + (nth % 3) as u8),
+            Mistake::GapFalls => poll(59 - (nth / 2 % 40) as u8),
+            Mistake::GapAboveHsa => poll(99),
+            Mistake::LongControl => {
+                let fc = FunctionCode::request(Service::SdnHigh, FrameCount::Unused);
+                self.telegram(127, Some(58), fc, &[0, 0, 0])
+            }
+            _ => return None,
+        };
+        Some(octets)
+    }
+
+    fn outputs(&mut self, turn: usize) -> Vec<u8> {
+        let clear = !self.operate && !self.does(Mistake::OutputsInClear);
+        if clear && self.does(Mistake::EmptyInClear) {
+            return Vec::new();
+        }
+        let to_inputs = self.does(Mistake::OutputsToInputs) && self.slaves[turn].lengths.outputs == 0;
+        let more = usize::from(self.does(Mistake::LongOutputs) || to_inputs);
+        let less = usize::from(self.does(Mistake::ShortOutputs));
+        let slave = &mut self.slaves[turn];
+        slave.output = slave.output.wrapping_add(1) | 1;
+        if let Some(outputs) = slave.user_outputs.clone().filter(|_| !clear) {
+            if core::mem::take(&mut slave.torn) {
+                let half = outputs.len() / 2;
+                return [&outputs[..half], &slave.sent_outputs[half..]].concat();
+            }
+            slave.sent_outputs.clone_from(&outputs);
+            return outputs;
+        }
+        let value = if clear { 0 } else { slave.output };
+        slave.sent_outputs = vec![value; usize::from(slave.lengths.outputs) + more - less];
+        slave.sent_outputs.clone()
+    }
+
+    /// Set_Prm that lets a slave go: Unlock_Req.
+    fn release(&self, turn: usize) -> Vec<u8> {
+        let [high, low] = self.slaves[turn].configured.ident.to_be_bytes();
+        vec![0x40, 0, 0, 0, high, low, 0]
+    }
+
+    fn cfg(&self, turn: usize) -> Vec<u8> {
+        let mut cfg = self.slaves[turn].configured.cfg.clone();
+        match self.mistake {
+            Some(Mistake::OtherCfg) => cfg[0] ^= 0x01,
+            Some(Mistake::OtherSpecial) => cfg[1] ^= 0x01,
+            _ => {}
+        }
+        cfg
+    }
+
+    fn prm(&self, turn: usize) -> Vec<u8> {
+        let Configured { ident, prm, groups, .. } = &self.slaves[turn].configured;
+        let units = u8::try_from(self.settings.watchdog.as_millis() / 10).unwrap_or(255);
+        let (mut status, mut factors, mut tsdr) = (0xB8, [units, 1], 11);
+        let [mut high, mut low] = ident.to_be_bytes();
+        let (mut groups, mut user) = (*groups, prm.clone());
+        match self.mistake {
+            Some(Mistake::NoLock) => status = 0x08,
+            Some(Mistake::ZeroFactor) => factors = [units, 0],
+            Some(Mistake::ReservedPrm) => status |= 0x02,
+            Some(Mistake::SwappedIdent) => core::mem::swap(&mut high, &mut low),
+            Some(Mistake::ShortTsdr) => tsdr = 5,
+            Some(Mistake::LongPrm) => user.push(0),
+            Some(Mistake::Dpv1Octets) => user.extend([0, 0, 0]),
+            Some(Mistake::OtherPrm) => user[0] ^= 1,
+            Some(Mistake::OtherGroups) => groups ^= 1,
+            Some(Mistake::WatchdogOff) => (status, factors) = (0x80, [0, 0]),
+            Some(Mistake::Unlocks) => status |= 0x40,
+            Some(Mistake::ChangesPrm) if self.slaves[turn].start_ups > 1 => user[0] ^= 1,
+            Some(Mistake::ShortWatchdog) => factors = [units / 2, 1],
+            _ => {}
+        }
+        [&[status, factors[0], factors[1], tsdr, high, low, groups][..], &user].concat()
+    }
+}
