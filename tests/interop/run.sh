@@ -21,7 +21,7 @@ readonly KILL_PAUSE=6     # seconds, longer than that travel takes
 
 here=$(realpath "$(dirname "${BASH_SOURCE[0]}")")
 root=$(realpath "$here/../..")
-. "$here/../emulator.sh"
+. "$here/../helpers/emulator.sh"
 
 [[ $# -eq 1 ]] || cannot "usage: $0 PATH-OF-PROFIDRIVE"
 emulator=$(program "$1")
@@ -160,10 +160,10 @@ start_emulator "$emulator" --link "pty:$work/ppo" \
 "$venv/bin/python" "$here/ppo_drive.py" --port "$work/ppo" --gsd "$root/examples/ppo_drive.gsd" || fail "ppo_drive.py"
 stop_emulator
 
-echo "== the plant of examples/plant"
-cp -r "$root/examples/plant" "$work/plant"
-start_emulator "$emulator" --line "$work/plant/plant.toml"
-"$venv/bin/python" "$here/stations.py" --gsd "$root/examples/plant" --link "pty:$work/plant/bus" --plant || fail "stations.py --plant"
+echo "== the line of examples/line"
+cp -r "$root/examples/line" "$work/line"
+start_emulator "$emulator" --line "$work/line/line.toml"
+"$venv/bin/python" "$here/stations.py" --gsd "$root/examples/line" --link "pty:$work/line/bus" --line-file || fail "stations.py --line-file"
 stop_emulator
 
 # It gets some rows wrong (docs/judged-masters.md). The judge must find these and accuse it of nothing else. On a slow
