@@ -32,11 +32,11 @@ fn frames(criterion: &mut Criterion) {
         criterion.bench_function(&format!("adapter_{name}"), |bencher| {
             let mut adapter = Adapter::new();
             for octet in b"O\r" {
-                adapter.receive(*octet, true);
+                adapter.handle_octet(*octet, true);
             }
             bencher.iter(|| {
                 let octets = black_box(line.as_octets());
-                octets.iter().filter_map(|octet| adapter.receive(*octet, true)).count()
+                octets.iter().filter_map(|octet| adapter.handle_octet(*octet, true)).count()
             });
         });
     }

@@ -26,16 +26,16 @@
 )]
 
 #[cfg(target_os = "linux")]
-#[path = "../tests/common/mod.rs"]
-mod common;
+#[path = "../tests/helpers/drive_line.rs"]
+mod drive_line;
 #[cfg(target_os = "linux")]
-#[path = "../tests/panel/mod.rs"]
+#[path = "../tests/helpers/panel.rs"]
 mod panel;
 #[cfg(target_os = "linux")]
-#[path = "../tests/common/pty.rs"]
+#[path = "../tests/helpers/pty.rs"]
 mod pty;
 #[cfg(target_os = "linux")]
-#[path = "../tests/telegrams/mod.rs"]
+#[path = "../tests/helpers/telegrams.rs"]
 mod telegrams;
 #[cfg(target_os = "linux")]
 #[path = "panel_latency/watchers.rs"]

@@ -28,7 +28,7 @@ struct Station {
 impl CanParticipant for Station {
     type Event = CanopenEvent;
 
-    fn receive(&mut self, now: Instant, frame: &Frame) {
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
         self.drive.handle_frame(now, frame);
     }
 

@@ -31,7 +31,7 @@ struct Station {
 impl CanParticipant for Station {
     type Event = Frame;
 
-    fn receive(&mut self, _: Instant, frame: &Frame) {
+    fn handle_frame(&mut self, _: Instant, frame: &Frame) {
         if frame.id() == self.request.into() && !frame.is_remote() {
             self.waiting = Frame::data(self.answer, frame.octets()).ok();
         }

@@ -56,7 +56,7 @@ fn ask(
     let mut buf = [0; 255];
     let octets = request.encode(&mut buf).map_err(io::Error::other)?;
     let Decoded::Telegram { telegram, .. } = decode(octets) else { return Ok(()) };
-    let event = station.receive(*now, &telegram).event;
+    let event = station.handle_telegram(*now, &telegram).event;
     *now = station.poll_timeout().unwrap_or(*now);
     let reply = station.poll_transmit(*now).unwrap_or_default().unwrap_or_default();
     writeln!(out, "{what:<14} {octets:02X?}\n{:14} {reply:02X?}", "")?;

@@ -132,8 +132,8 @@ impl Participant for OwnDrive {
     fn set_baud(&mut self, baud: BaudRate) {
         self.station.set_baud(baud);
     }
-    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: News<'_>) {
-        Participant::receive(&mut self.station, now, telegram, news);
+    fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>, news: News<'_>) {
+        Participant::handle_telegram(&mut self.station, now, telegram, news);
         self.cycle();
     }
     fn handle_timeout(&mut self, now: Instant, news: News<'_>) {

@@ -67,7 +67,7 @@ impl Shuttle {
 }
 
 /// A master with the application, and an emulated AG03/1 as station 5.
-fn plant() -> Result<(Line<Profirust<'static>>, Shuttle), Box<dyn core::error::Error>> {
+fn machine() -> Result<(Line<Profirust<'static>>, Shuttle), Box<dyn core::error::Error>> {
     let mut dp = DpMaster::new(Vec::new());
     let drive = dp.add(peripheral(5, BaudRate::K1500));
     dp.enter_operate();
@@ -92,7 +92,7 @@ fn run(bus: &mut Line<Profirust<'_>>, shuttle: &mut Shuttle, done: impl Fn(&Shut
 }
 
 fn main() -> Result<(), Box<dyn core::error::Error>> {
-    let (mut bus, mut shuttle) = plant()?;
+    let (mut bus, mut shuttle) = machine()?;
     let arrived = run(&mut bus, &mut shuttle, |shuttle| shuttle.trips == 10);
     println!("{} trips in {} of virtual time; all of them: {arrived}", shuttle.trips, bus.now());
     Ok(())
@@ -106,7 +106,7 @@ mod tests {
 
     #[test]
     fn it_goes_to_and_fro() {
-        let (mut bus, mut shuttle) = plant().unwrap();
+        let (mut bus, mut shuttle) = machine().unwrap();
         assert!(run(&mut bus, &mut shuttle, |shuttle| shuttle.trips == 4));
         let position = bus.device(5).unwrap().status().position;
         assert!((-810..=-790).contains(&position), "{position}");
@@ -115,7 +115,7 @@ mod tests {
 
     #[test]
     fn lost_and_damaged_replies_do_not_stop_it() {
-        let (mut bus, mut shuttle) = plant().unwrap();
+        let (mut bus, mut shuttle) = machine().unwrap();
         bus.inject(&["no-reply,rate=0.05".parse().unwrap(), "bit-errors,rate=0.05,seed=2".parse().unwrap()])
             .unwrap();
         assert!(run(&mut bus, &mut shuttle, |shuttle| shuttle.trips == 4));
@@ -123,7 +123,7 @@ mod tests {
 
     #[test]
     fn it_goes_on_after_the_cable_was_pulled_out() {
-        let (mut bus, mut shuttle) = plant().unwrap();
+        let (mut bus, mut shuttle) = machine().unwrap();
         assert!(run(&mut bus, &mut shuttle, |shuttle| shuttle.trips == 1));
         bus.inject(&["drop-request".parse().unwrap()]).unwrap();
         assert!(run(&mut bus, &mut shuttle, |shuttle| !shuttle.troubles.is_empty()
@@ -136,7 +136,7 @@ mod tests {
 
     #[test]
     fn it_acknowledges_the_fault_of_a_blocked_shaft_and_goes_on() {
-        let (mut bus, mut shuttle) = plant().unwrap();
+        let (mut bus, mut shuttle) = machine().unwrap();
         assert!(run(&mut bus, &mut shuttle, |shuttle| shuttle.trips == 1));
         let block = |bus: &mut Line<Profirust<'_>>, blocked| {
             bus.with_station(5, |drive: &mut Device, now| {

@@ -24,16 +24,27 @@ RUSTFLAGS="$coverage --cfg fuzzing -Cdebug-assertions -Ccodegen-units=1" \
 
 found=${CORPUS:-$(mktemp -d)}
 mkdir -p artifacts
-for target in "${targets[@]}"; do
+fuzz() {
+    local target=$1 log=$found/$1.log
     mkdir -p "$found/$target"
-    log="$found/$target.log"
     if ! "$build/$host/release/$target" -max_total_time="$seconds" -seed="${SEED:-0}" -max_len=512 -print_final_stats=1 \
         -artifact_prefix="artifacts/$target-" "$found/$target" "corpus/$target" >"$log" 2>&1; then
         tail -n 40 "$log" >&2
         printf 'fuzz/run.sh: %s failed; the input is in fuzz/artifacts, docs/fuzzing.md says what to do with it\n' "$target" >&2
-        exit 1
+        return 1
     fi
     printf '%s: %s executions, %s\n' "$target" \
         "$(sed -n 's/^stat::number_of_executed_units: *//p' "$log")" \
         "$(grep -o 'cov: [0-9]* ft: [0-9]*' "$log" | tail -n 1)"
+}
+# As many at a time as there are processors.
+running=0
+for target in "${targets[@]}"; do
+    if [ "$running" -ge "$(nproc)" ]; then
+        wait -n
+        running=$((running - 1))
+    fi
+    fuzz "$target" &
+    running=$((running + 1))
 done
+for ((; running > 0; running--)); do wait -n; done

@@ -70,7 +70,7 @@ impl Chance {
     }
 
     /// How often it was injected.
-    pub(crate) const fn struck(&self) -> u32 {
+    pub(crate) const fn injected(&self) -> u32 {
         self.injected
     }
 }

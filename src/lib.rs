@@ -1,6 +1,26 @@
 //! The other side of a fieldbus, in software: PROFIBUS-DP slaves and CANopen nodes that real masters run, and judges that
 //! say what a master does wrong.
 //!
+//! Begin with what you want. Each page has a complete program, which every test run compiles and runs:
+//!
+//! | you want | begin with | then |
+//! | --- | --- | --- |
+#![cfg_attr(
+    all(feature = "master", feature = "serial"),
+    doc = "| to move a drive, emulated or real | [`first_drive`] | [`client`], [`master`] |"
+)]
+#![cfg_attr(
+    feature = "std",
+    doc = "| a PROFIBUS slave of your own | [`first_slave`] | [`profibus::dp`], [`embedded`] |"
+)]
+//! | a CANopen node of your own | [`first_node`] | [`can_bus::canopen`] |
+#![cfg_attr(
+    feature = "std",
+    doc = "| to test a master that you write | [`bench`](mod@bench) | [`judge`](mod@judge) |"
+)]
+//!
+//! The command `profidrive` emulates whole lines, judges masters and commissions drives: `docs/README.md` of the repository.
+//!
 //! # Layers
 //!
 //! A layer imports the layers above it in this table, and no other. A bus knows no device. A device without a bus knows no
@@ -90,12 +110,6 @@
 //!
 //! [`host`] has this loop for links of an operating system, and the command `profidrive emulate` runs it.
 //!
-//! [`bench`](mod@bench) tests a master of your own in virtual time: a line that checks the rules of the bus, stations,
-//! faults at the telegram you name, a history in words.
-//!
-//! [`client`] is the other end, for those who write masters. The guide `first_drive` (features `master` and `serial`,
-//! `docs/first-drive.md`) goes from an empty directory to a moving drive.
-//!
 //! # Features
 //!
 //! * `std` (default): [`host`], [`explain`], [`gsd`] and [`process`].
@@ -139,6 +153,13 @@ pub mod client;
 #[cfg(all(feature = "master", feature = "serial"))]
 #[doc = include_str!("../docs/first-drive.md")]
 pub mod first_drive {}
+
+#[cfg(feature = "std")]
+#[doc = include_str!("../docs/first-slave.md")]
+pub mod first_slave {}
+
+#[doc = include_str!("../docs/first-node.md")]
+pub mod first_node {}
 
 #[cfg(all(doctest, feature = "std"))]
 #[doc = include_str!("../README.md")]

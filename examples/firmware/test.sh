@@ -9,7 +9,7 @@ set -euo pipefail
 
 here=$(realpath "$(dirname "${BASH_SOURCE[0]}")")
 root=$(realpath "$here/../..")
-. "$root/tests/emulator.sh"
+. "$root/tests/helpers/emulator.sh"
 . "$here/tools.sh"
 
 [[ $# -eq 1 ]] || cannot "usage: $0 PATH-OF-PROFIDRIVE"

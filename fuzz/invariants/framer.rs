@@ -48,16 +48,16 @@ pub(crate) fn check(data: &[u8]) {
         // Both begin when the first octet has come, so that the silence before is the same.
         if let Some((first, octets)) = burst.octets.0.split_first() {
             for (framer, heard) in [(&mut whole, &mut heard_whole), (&mut cut, &mut heard_cut)] {
-                framer.receive(now, &[*first], |at, result| {
+                framer.handle_bytes(now, &[*first], |at, result| {
                     assert!(at <= now);
                     heard.push(note(result));
                 });
             }
-            whole.receive(now, octets, |_, result| heard_whole.push(note(result)));
+            whole.handle_bytes(now, octets, |_, result| heard_whole.push(note(result)));
             let mut rest = octets;
             for piece in burst.cuts.iter().map(|piece| usize::from(*piece)).chain([usize::MAX]) {
                 let (piece, behind) = rest.split_at(piece.min(rest.len()));
-                cut.receive(now, piece, |_, result| heard_cut.push(note(result)));
+                cut.handle_bytes(now, piece, |_, result| heard_cut.push(note(result)));
                 rest = behind;
             }
         }
@@ -89,7 +89,7 @@ fn hears_again(framer: &mut Framer, idle: bool, now: Instant) {
     framer.handle_timeout(now, |_, result| assert!(!idle || result.is_err(), "out of silence"));
     assert_eq!(framer.poll_timeout(), None);
     let mut heard = 0;
-    framer.receive(now, &REQUEST, |_, result| {
+    framer.handle_bytes(now, &REQUEST, |_, result| {
         heard += 1;
         let Decoded::Telegram { telegram, .. } = decode(&REQUEST) else { unreachable!() };
         assert_eq!(result, Ok(telegram));

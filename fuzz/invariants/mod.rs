@@ -3,7 +3,7 @@
 #![allow(dead_code, reason = "each target uses its own file")]
 
 pub(crate) mod ag03_node;
-#[path = "../../tests/canopen_device/mod.rs"]
+#[path = "../../tests/helpers/canopen_device/mod.rs"]
 pub(crate) mod canopen_device;
 pub(crate) mod canopen_node;
 #[cfg(feature = "std")]

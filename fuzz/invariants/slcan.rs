@@ -13,8 +13,8 @@ pub(crate) fn check(data: &[u8]) {
     for &octet in octets {
         let room = scarce == 0 || lines % u32::from(scarce) != 0;
         let before = adapter.channel();
-        let reaction = adapter.receive(octet, room);
-        let same = if octet == LF { None } else { without_lf.receive(octet, room) };
+        let reaction = adapter.handle_octet(octet, room);
+        let same = if octet == LF { None } else { without_lf.handle_octet(octet, room) };
         assert_eq!(reaction, same);
         assert_eq!(reaction.is_some(), octet == CR, "one answer to each line, and nothing else");
         let Some(reaction) = reaction else {
@@ -49,8 +49,8 @@ pub(crate) fn check(data: &[u8]) {
         }
         line.clear();
     }
-    adapter.receive(CR, true);
-    adapter.receive(b'N', true);
-    let serial = adapter.receive(CR, true).expect("an answer");
+    adapter.handle_octet(CR, true);
+    adapter.handle_octet(b'N', true);
+    let serial = adapter.handle_octet(CR, true).expect("an answer");
     assert_eq!(serial.answer.as_octets(), b"NPD01\r");
 }

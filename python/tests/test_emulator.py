@@ -86,7 +86,7 @@ def test_events_are_an_iterator_and_the_capture_is_explained(tmp_path: Path) -> 
 
 
 def test_a_line_file_says_everything(tmp_path: Path) -> None:
-    file = tmp_path / "plant.toml"
+    file = tmp_path / "line.toml"
     line = '[[line]]\nlink = "tcp:127.0.0.1:0"\npanel = "127.0.0.1:0"\n[[line.drive]]\naddress = {}\n'
     file.write_text(line.format(5) + line.format(9))
     with Emulator(line=file) as emulator:
@@ -101,7 +101,7 @@ def test_a_line_file_says_everything(tmp_path: Path) -> None:
     with Emulator(line=file, timeout=20) as emulator:
         assert [list(line.drives) for line in emulator.lines] == [[5], [9]]
     file.write_text("[[line")
-    with pytest.raises(ProfidriveError, match="plant.toml"), Emulator(line=file):
+    with pytest.raises(ProfidriveError, match="line.toml"), Emulator(line=file):
         pass
     with pytest.raises(ValueError, match="line file says everything"):
         Emulator(drives=[5], line=file)

@@ -21,7 +21,7 @@ use tracing::{debug, info, warn};
 
 use super::args::{BaudSpec, Emulate, LinkSpec, MetricsSpec};
 use super::signals::Signals;
-use super::{Failure, plant};
+use super::{Failure, line_file};
 
 mod lines;
 mod nodes;
@@ -44,19 +44,19 @@ const NOISE_PAUSE: Duration = Duration::from_secs(1);
 pub(crate) fn emulate(args: Emulate) -> Result<(), Failure> {
     let plan = match &args.line {
         Some(file) => {
-            let plan = plant::read(file)?;
+            let plan = line_file::read(file)?;
             if args.check_only {
-                return plant::say(file, &plan.lines);
+                return line_file::say(file, &plan.lines);
             }
             plan
         }
-        None => PlantPlan { metrics: args.metrics(), lines: vec![LinePlan::of_flags(args)?] },
+        None => LinesPlan { metrics: args.metrics(), lines: vec![LinePlan::of_flags(args)?] },
     };
     lines::run(plan)
 }
 
 /// All lines of the process.
-pub(crate) struct PlantPlan {
+pub(crate) struct LinesPlan {
     pub(crate) lines: Vec<LinePlan>,
     /// Where the metrics of all of them are.
     pub(crate) metrics: Option<MetricsSpec>,

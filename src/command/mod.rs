@@ -8,10 +8,10 @@ mod emulate;
 mod encode;
 mod gsd;
 mod judge;
+mod line_file;
 mod log;
 mod manual;
 mod master;
-mod plant;
 mod signals;
 
 use core::error::Error;

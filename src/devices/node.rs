@@ -1,6 +1,5 @@
 //! What a host asks of a device on CANopen, whichever device it is.
 
-use core::any::Any;
 use core::fmt;
 
 use thiserror::Error;
@@ -94,7 +93,7 @@ pub enum RecallError {
 /// A device on CANopen: frames and time in, frames, events, images and a deadline out.
 ///
 /// After every call but the polls, `poll_transmit`, `poll_event`, `poll_image` and `poll_timeout` may have another answer.
-pub trait CanopenDevice: Any + Send {
+pub trait CanopenDevice: Send {
     /// What it tells of itself, and what surrounds it.
     fn description(&self) -> &dyn Description;
 

@@ -8,7 +8,8 @@ use strum::{IntoStaticStr, VariantArray};
 /// What an event is about, for filters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, IntoStaticStr, VariantArray)]
 #[strum(serialize_all = "snake_case")]
-#[cfg_attr(feature = "panel", derive(serde::Serialize, utoipa::ToSchema), serde(rename_all = "snake_case"))]
+#[cfg_attr(feature = "panel", derive(serde::Serialize), serde(rename_all = "snake_case"))]
+#[cfg_attr(all(test, feature = "panel"), derive(utoipa::ToSchema))]
 pub enum EventKind {
     /// The device did not do what a control word, a PDO or process data asked for.
     CommandRefused,

@@ -44,11 +44,8 @@ pub struct Raised {
 
 /// The module status of a slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "panel",
-    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
-    serde(rename_all = "snake_case")
-)]
+#[cfg_attr(feature = "panel", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+#[cfg_attr(all(test, feature = "panel"), derive(utoipa::ToSchema))]
 #[repr(u8)]
 pub enum ModuleState {
     /// The module works.

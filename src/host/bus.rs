@@ -274,7 +274,7 @@ impl Bus {
     pub fn handle_bytes(&mut self, now: Instant, octets: &[u8]) {
         let Self { framer, stations } = self;
         stations.silenced = false;
-        framer.receive(now, octets, |at, result| stations.hear(at, now, &result));
+        framer.handle_bytes(now, octets, |at, result| stations.hear(at, now, &result));
     }
 
     /// An octet with a wrong parity or stop bit that ended at `now`, on links that can tell.

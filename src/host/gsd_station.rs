@@ -397,8 +397,8 @@ impl Participant for GsdStation {
         self.slave().description().rates
     }
 
-    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent)) {
-        let outcome = self.station.receive(now, telegram);
+    fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent)) {
+        let outcome = self.station.handle_telegram(now, telegram);
         if let Some(event) = outcome.event {
             self.learn(&event);
             news(StationEvent::Dp(event));

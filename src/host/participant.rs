@@ -36,7 +36,7 @@ pub trait Participant: Any + Send {
     }
 
     /// Takes a telegram whose last octet ended at `now`, and says what came of it.
-    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent));
+    fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent));
 
     /// Time has passed. Spurious calls are harmless.
     fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(StationEvent));
@@ -208,7 +208,7 @@ impl Participant for Device {
         DESCRIPTION.rates
     }
 
-    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent)) {
+    fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent)) {
         self.handle_telegram(now, telegram);
         pass_on(self, news);
     }
@@ -274,8 +274,8 @@ impl<P: Participant + Images<Generation: Send>> Participant for Stored<P> {
         self.unit().rates()
     }
 
-    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent)) {
-        self.act(now, |station| station.receive(now, telegram, news));
+    fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent)) {
+        self.act(now, |station| station.handle_telegram(now, telegram, news));
     }
 
     fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(StationEvent)) {
@@ -349,8 +349,8 @@ impl<A: dp::Application + Send + 'static> Participant for dp::Station<A> {
         self.slave().description().rates
     }
 
-    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent)) {
-        if let Some(event) = Self::receive(self, now, telegram).event {
+    fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent)) {
+        if let Some(event) = Self::handle_telegram(self, now, telegram).event {
             news(StationEvent::Dp(event));
         }
     }

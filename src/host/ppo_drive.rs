@@ -138,7 +138,7 @@ impl Participant for HostedPpoDrive {
         self.drive.slave().description().rates
     }
 
-    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent)) {
+    fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent)) {
         let mut refused = None;
         let Self { drive, address_set, .. } = self;
         drive.handle_telegram(now, telegram, &mut |event| {

@@ -80,7 +80,7 @@ pub struct Judge {
     /// The faults of the step that is played.
     faults: Vec<u32>,
     /// What they have done in the scenario.
-    struck: u32,
+    injected: u32,
     /// Exchanges with each station when the scenario began.
     before: BTreeMap<u8, Counts>,
     limit: Duration,
@@ -151,7 +151,7 @@ impl Judge {
             record: Record::default(),
             progress: None,
             faults: Vec::new(),
-            struck: 0,
+            injected: 0,
             before: BTreeMap::new(),
             limit,
             is_limited: false,
@@ -391,7 +391,7 @@ impl Judge {
         let done = faults
             .iter()
             .filter(|(number, ..)| self.faults.contains(number))
-            .all(|(_, fault, struck)| fault.when.count.is_some_and(|count| struck >= count));
+            .all(|(_, fault, injected)| fault.when.count.is_some_and(|count| injected >= count));
         if now < until && !(until_injected && done) {
             return;
         }
@@ -501,7 +501,7 @@ impl Judge {
     }
 
     fn begin_scenario(&mut self, now: Instant, scenario: usize, bus: &mut Bus, faults: &mut Faults) {
-        self.struck = 0;
+        self.injected = 0;
         self.tell(scenario);
         self.remember();
         let played = self.scenarios.get(scenario);
@@ -548,9 +548,9 @@ impl Judge {
     }
 
     fn end_faults(&mut self, faults: &mut Faults) {
-        for (number, _, struck) in faults.iter() {
+        for (number, _, injected) in faults.iter() {
             if self.faults.contains(&number) {
-                self.struck = self.struck.saturating_add(struck);
+                self.injected = self.injected.saturating_add(injected);
             }
         }
         for number in self.faults.drain(..) {

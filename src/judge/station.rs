@@ -206,9 +206,9 @@ fn tell(station: &mut Played, now: Instant, sap: u8, data: &[u8]) {
     let (dsap, ssap) = (Sap::new(sap), Sap::new(MASTER_SAP));
     let format = DataTelegram::customary_format(dsap, ssap, data);
     let telegram = DataTelegram { format, da: station.address(), sa, dsap, ssap, fc, data };
-    station.receive(now, &Telegram::Data(telegram));
+    station.handle_telegram(now, &Telegram::Data(telegram));
     // The other master goes on: the reply is not sent.
-    station.receive(now, &Telegram::Token { da: sa, sa });
+    station.handle_telegram(now, &Telegram::Token { da: sa, sa });
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@
 //! - [`Profirust`] is the master of a simulated [`Line`](crate::bench::Line): a whole bus in one process, with emulated
 //!   drives, faults on purpose, and a clock that jumps from one thing that happens to the next.
 //! - [`Session`] is one drive or several on a line that somebody else serves, for programs that do one thing after the
-//!   other; [`Plant`] gives each of them a queue of goals, [`Drive`] reads, saves and restores
+//!   other; [`Axes`] gives each of them a queue of goals, [`Drive`] reads, saves and restores
 //!   the parameters of one. [`ProfileDrive`] is the same for any drive of PROFIDRIVE version 2.
 //!
 //! What profirust 0.6.0 wants, and where it differs from other masters:
@@ -30,23 +30,23 @@
 //!   diagnosis for the parameter fault.
 //! - It knows the operating state Operate only.
 
+mod axes;
 mod drive;
 mod error;
 mod inquiry;
 mod parameters;
 mod peripheral;
 mod phy;
-mod plant;
 mod profile_drive;
 mod session;
 mod simulated;
 
+pub use axes::Axes;
 pub use drive::{Drive, DriveError, Identity, Reached, Seen};
 pub use error::SessionError;
 pub use parameters::{Change, Restored, Wanted, WriteOutcome, changes};
 pub use peripheral::{Slave, options, peripheral};
 pub use phy::{LinkPhy, baudrate, instant};
-pub use plant::Plant;
 pub use profile_drive::{ProfileDrive, ProfileReached, Values};
 pub use session::{Session, Settings};
 pub use simulated::Profirust;

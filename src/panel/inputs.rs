@@ -8,10 +8,11 @@ use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::{Map, Value};
 use strsim::levenshtein;
-use utoipa::ToSchema;
 
+#[cfg(test)]
+use super::description::Problems;
 use super::line::Acted;
-use super::problem::{Body, Problem, Problems};
+use super::problem::{Body, Problem};
 use super::routes::Place;
 use super::station::PowerName;
 use crate::face::Description;
@@ -22,13 +23,15 @@ const LONGEST_LEASE: u32 = 60_000;
 
 /// The inputs of a station: numbers, `true` or `false`, `null` for what follows from everything else. Which there are
 /// depends on the device.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-#[schema(value_type = std::collections::HashMap<String, Value>, example = json!({"blocked": false}))]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
+#[cfg_attr(test, schema(value_type = std::collections::HashMap<String, Value>, example = json!({"blocked": false})))]
 pub(super) struct InputValues(Map<String, Value>);
 
 /// Which inputs to change; what is left out stays. A wrong value changes none of them.
-#[derive(Clone, Debug, ToSchema)]
-#[schema(value_type = std::collections::HashMap<String, Value>, example = json!({"shaft_revolutions": 2.5}))]
+#[derive(Clone, Debug)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
+#[cfg_attr(test, schema(value_type = std::collections::HashMap<String, Value>, example = json!({"shaft_revolutions": 2.5})))]
 pub(super) struct InputsChange(Map<String, Value>);
 
 impl<'de> Deserialize<'de> for InputsChange {
@@ -60,14 +63,15 @@ impl<'de> Visitor<'de> for OnceEach {
 }
 
 /// A fault to make.
-#[derive(Clone, Debug, Deserialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct FaultToMake {
     /// As the state of the station names it.
     fault: String,
     /// `false` takes its cause back.
     #[serde(default = "yes")]
-    #[schema(default = true)]
+    #[cfg_attr(test, schema(default = true))]
     provoked: bool,
 }
 
@@ -76,32 +80,36 @@ const fn yes() -> bool {
 }
 
 /// A key that is pressed or released.
-#[derive(Clone, Debug, Deserialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct KeyPress {
     /// As the state of the station names it.
     key: String,
     pressed: bool,
     /// It is released by itself after this time, unless it is pressed again meanwhile; left out: it stays pressed.
-    #[schema(minimum = 1, maximum = 60000)]
+    #[cfg_attr(test, schema(minimum = 1, maximum = 60000))]
     lease_milliseconds: Option<u32>,
 }
 
 /// A key.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(super) struct KeyState {
     key: &'static str,
     pressed: bool,
 }
 
 /// The keys of a station.
-#[derive(Clone, Debug, Serialize, ToSchema)]
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(super) struct Keys {
     keys: Vec<KeyState>,
 }
 
 /// A fault that can be made.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(super) struct Provocation {
     fault: String,
     text: String,
@@ -112,19 +120,20 @@ pub(super) struct Provocation {
 }
 
 /// An input with what it may be.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(super) struct InputState {
     input: &'static str,
     /// What it is.
     text: &'static str,
     /// `null`: calculated by the device.
-    #[schema(value_type = Option<Value>)]
+    #[cfg_attr(test, schema(value_type = Option<Value>))]
     value: Value,
     /// What the device calculates while it is `null`.
     #[serde(skip_serializing_if = "Option::is_none")]
     calculated: Option<f64>,
     /// What it is when everything is as it should be.
-    #[schema(value_type = Option<Value>)]
+    #[cfg_attr(test, schema(value_type = Option<Value>))]
     nominal: Value,
     /// The lowest number; `null`: it is `true` or `false`.
     low: Option<f64>,
@@ -136,32 +145,34 @@ pub(super) struct InputState {
 }
 
 /// The switch of the supply.
-#[derive(Clone, Copy, Debug, Deserialize, ToSchema)]
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct PowerChange {
     on: bool,
 }
 
 /// What became of the supply.
-#[derive(Clone, Copy, Debug, Serialize, ToSchema)]
+#[derive(Clone, Copy, Debug, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(super) struct PowerAnswer {
     power: PowerName,
 }
 
 /// The inputs of a station
-#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/inputs", tag = "station",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = InputValues), Problems))]
+#[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/inputs", tag = "station",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = InputValues), Problems)))]
 pub(super) async fn read(place: Place) -> Result<Json<InputValues>, Problem> {
     let address = place.address;
-    place.line.asking.ask(move |bench| Ok(Json(InputValues::of(bench.find(address)?.description)))).await?
+    place.line.asking.ask(move |lent| Ok(Json(InputValues::of(lent.find(address)?.description)))).await?
 }
 
 /// Changes inputs
 ///
 /// What is left out stays as it is.
-#[utoipa::path(patch, path = "/api/v1/lines/{line}/stations/{address}/inputs", tag = "station",
+#[cfg_attr(test, utoipa::path(patch, path = "/api/v1/lines/{line}/stations/{address}/inputs", tag = "station",
     params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), request_body = InputsChange,
-    responses((status = 200, body = InputValues), Problems))]
+    responses((status = 200, body = InputValues), Problems)))]
 pub(super) async fn change(
     place: Place,
     Body(InputsChange(changes)): Body<InputsChange>,
@@ -186,8 +197,8 @@ pub(super) async fn change(
 /// Sets every input to nominal, and takes back the causes of provoked faults
 ///
 /// A shaft stays where it is. A fault that is latched waits for the master.
-#[utoipa::path(delete, path = "/api/v1/lines/{line}/stations/{address}/inputs", tag = "station",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = InputValues), Problems))]
+#[cfg_attr(test, utoipa::path(delete, path = "/api/v1/lines/{line}/stations/{address}/inputs", tag = "station",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = InputValues), Problems)))]
 pub(super) async fn nominal(place: Place) -> Result<Json<InputValues>, Problem> {
     acted(&place, |station, acted| {
         station.make_nominal(acted.now);
@@ -199,9 +210,9 @@ pub(super) async fn nominal(place: Place) -> Result<Json<InputValues>, Problem> 
 /// Makes a fault, or what it follows from, or takes its cause back
 ///
 /// Some follow once the shaft is commanded to turn, others at once. A fault that is latched waits for the master.
-#[utoipa::path(post, path = "/api/v1/lines/{line}/stations/{address}/provoke", tag = "station",
+#[cfg_attr(test, utoipa::path(post, path = "/api/v1/lines/{line}/stations/{address}/provoke", tag = "station",
     params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), request_body = FaultToMake,
-    responses((status = 200, body = InputValues), Problems))]
+    responses((status = 200, body = InputValues), Problems)))]
 pub(super) async fn provoke(
     place: Place,
     Body(FaultToMake { fault, provoked }): Body<FaultToMake>,
@@ -226,9 +237,9 @@ pub(super) async fn provoke(
 /// Presses or releases a key
 ///
 /// A key stays pressed until it is released, or until its lease has ended.
-#[utoipa::path(post, path = "/api/v1/lines/{line}/stations/{address}/keys", tag = "station",
+#[cfg_attr(test, utoipa::path(post, path = "/api/v1/lines/{line}/stations/{address}/keys", tag = "station",
     params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), request_body = KeyPress,
-    responses((status = 200, body = Keys), Problems))]
+    responses((status = 200, body = Keys), Problems)))]
 pub(super) async fn press(
     place: Place,
     Body(KeyPress { key, pressed, lease_milliseconds }): Body<KeyPress>,
@@ -257,17 +268,17 @@ pub(super) async fn press(
 ///
 /// Off: what is not stored is lost. On: the station starts as its EEPROM and its DIP switches say, and is found at the address
 /// that they say; where another station has that one, 409.
-#[utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/power", tag = "station",
+#[cfg_attr(test, utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/power", tag = "station",
     params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), request_body = PowerChange,
-    responses((status = 200, body = PowerAnswer), Problems))]
+    responses((status = 200, body = PowerAnswer), Problems)))]
 pub(super) async fn power(
     place: Place,
     Body(PowerChange { on }): Body<PowerChange>,
 ) -> Result<Json<PowerAnswer>, Problem> {
     let address = place.address;
-    let power = place.line.asking.ask(move |bench| {
-        bench.find(address)?;
-        bench.switch(address, on)
+    let power = place.line.asking.ask(move |lent| {
+        lent.find(address)?;
+        lent.switch(address, on)
     });
     Ok(Json(PowerAnswer { power: power.await?? }))
 }

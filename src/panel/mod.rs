@@ -45,7 +45,7 @@
 //! | --- | --- |
 //! | `running` | the thread of HTTP |
 //! | `server` | connections, their bounds, who is trusted |
-//! | `routes` | every path, the OpenAPI description |
+//! | `routes`, `description` | every path; the OpenAPI description of all of them, `openapi.json` |
 //! | `queue` | the queue to the thread of a line |
 //! | `line` | the lines of a process, and what the thread of each lends |
 //! | `station` | a station as JSON: its summary, its state, why it does not move |
@@ -58,6 +58,8 @@
 //!
 //! Nothing here knows a device: what a station has, it tells itself ([`Description`](crate::face::Description)).
 
+#[cfg(test)]
+mod description;
 mod dictionary;
 mod history;
 mod inputs;
@@ -193,16 +195,16 @@ impl Panel {
 
     /// Carries out what was asked since the last run of the bus. Changes what is due next on the bus, as a `handle_*`
     /// call of it does.
-    pub fn serve(&mut self, bench: &mut BusAccess<'_>) {
-        self.requests.serve(bench);
-        self.feed.settings(bench, &mut self.sent);
+    pub fn serve(&mut self, lent: &mut BusAccess<'_>) {
+        self.requests.serve(lent);
+        self.feed.settings(lent, &mut self.sent);
     }
 
     /// The same for a bus of CAN.
-    pub fn serve_can(&mut self, bench: &mut NodeAccess<'_>) {
-        self.requests.serve(bench);
-        self.feed.know(line::can::numbers(bench));
-        self.feed.settings(bench, &mut self.sent);
+    pub fn serve_can(&mut self, lent: &mut NodeAccess<'_>) {
+        self.requests.serve(lent);
+        self.feed.know(line::can::numbers(lent));
+        self.feed.settings(lent, &mut self.sent);
     }
 
     /// Tells those who read the stream. Never waits.

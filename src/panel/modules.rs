@@ -10,10 +10,11 @@ pub(super) mod values;
 
 use axum::Json;
 use serde::Serialize;
-use utoipa::ToSchema;
 
+#[cfg(test)]
+use super::description::Problems;
 use super::line::{OnLine, lacks};
-use super::problem::{Body, Problem, Problems};
+use super::problem::{Body, Problem};
 use super::routes::Place;
 use super::station::State;
 use crate::gsd::Raised;
@@ -24,7 +25,8 @@ use diagnosis::{Possible, RaisedDiagnosis};
 pub(super) use diagnosis::Diagnosis;
 
 /// What a diagnosis may say, by the texts of the file.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(super) struct Texts {
     #[serde(flatten)]
     possible: Possible,
@@ -38,18 +40,18 @@ fn missing(address: u8) -> Problem {
 }
 
 /// The bus of the station.
-fn bus(bench: &mut dyn OnLine, address: u8) -> Result<&mut Bus, Problem> {
-    bench.find(address)?;
-    bench.profibus().ok_or_else(|| missing(address))
+fn bus(lent: &mut dyn OnLine, address: u8) -> Result<&mut Bus, Problem> {
+    lent.find(address)?;
+    lent.profibus().ok_or_else(|| missing(address))
 }
 
 /// The texts of its file: what a diagnosis may say, and the modules
-#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/texts", tag = "modules",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = Texts), Problems))]
+#[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/texts", tag = "modules",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = Texts), Problems)))]
 pub(super) async fn texts(place: Place) -> Result<Json<Texts>, Problem> {
     let address = place.address;
-    let texts = place.line.asking.ask(move |bench| {
-        let station = bus(bench, address)?.modules(Address::from_octet(address));
+    let texts = place.line.asking.ask(move |lent| {
+        let station = bus(lent, address)?.modules(Address::from_octet(address));
         let gsd = station.ok_or_else(|| missing(address))?.gsd();
         let modules = gsd.modules.iter().map(|module| module.name.clone()).collect();
         Ok(Json(Texts { possible: Possible::of(gsd), modules }))
@@ -58,24 +60,24 @@ pub(super) async fn texts(place: Place) -> Result<Json<Texts>, Problem> {
 }
 
 /// The diagnosis that is raised
-#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/diagnosis", tag = "modules",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = Diagnosis), Problems))]
+#[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/diagnosis", tag = "modules",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = Diagnosis), Problems)))]
 pub(super) async fn diagnosis(place: Place) -> Result<Json<Diagnosis>, Problem> {
     let diagnosis = place.look().await?.diagnosis;
     diagnosis.map(Json).ok_or_else(|| missing(place.address))
 }
 
 /// Has the diagnosis report this and nothing else
-#[utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/diagnosis", tag = "modules",
+#[cfg_attr(test, utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/diagnosis", tag = "modules",
     params(("line" = String, Path), ("address" = u8, Path, maximum = 127)),
-    request_body = RaisedDiagnosis, responses((status = 200, body = State), Problems))]
+    request_body = RaisedDiagnosis, responses((status = 200, body = State), Problems)))]
 pub(super) async fn raise(place: Place, Body(wanted): Body<RaisedDiagnosis>) -> Result<Json<State>, Problem> {
     report(&place, wanted.raised()?).await
 }
 
 /// Ends the diagnosis
-#[utoipa::path(delete, path = "/api/v1/lines/{line}/stations/{address}/diagnosis", tag = "modules",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = State), Problems))]
+#[cfg_attr(test, utoipa::path(delete, path = "/api/v1/lines/{line}/stations/{address}/diagnosis", tag = "modules",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = State), Problems)))]
 pub(super) async fn end_diagnosis(place: Place) -> Result<Json<State>, Problem> {
     report(&place, Raised::default()).await
 }
@@ -83,9 +85,9 @@ pub(super) async fn end_diagnosis(place: Place) -> Result<Json<State>, Problem> 
 /// Has the diagnosis report something, and says how the station is then.
 async fn report(place: &Place, raised: Raised) -> Result<Json<State>, Problem> {
     let address = place.address;
-    let done = place.line.asking.ask(move |bench| {
+    let done = place.line.asking.ask(move |lent| {
         let raise =
-            bus(bench, address)?.with_modules(Address::from_octet(address), |modules| modules.raise(raised));
+            bus(lent, address)?.with_modules(Address::from_octet(address), |modules| modules.raise(raised));
         raise.ok_or_else(|| missing(address))?.map_err(Problem::value)
     });
     done.await??;

@@ -5,13 +5,12 @@ use core::fmt;
 use axum::Json;
 use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
-use utoipa::openapi::RefOr;
-use utoipa::openapi::schema::{ObjectBuilder, OneOfBuilder, Schema, Type};
-use utoipa::{PartialSchema, ToSchema};
 
+#[cfg(test)]
+use super::description::Problems;
 use super::inputs::switched_off;
 use super::line::OnLine;
-use super::problem::{Body, PathOf, Problem, Problems};
+use super::problem::{Body, PathOf, Problem};
 use super::routes::Place;
 use crate::can_bus::canopen;
 use crate::can_bus::canopen::dictionary::Access;
@@ -19,7 +18,8 @@ use crate::can_bus::canopen::{Abort, Address, DataType, Entry, Object};
 use crate::devices::CanopenDevice;
 
 /// An entry of the dictionary.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(super) struct ObjectState {
     /// Four digits, hexadecimal.
     index: String,
@@ -48,18 +48,9 @@ pub(super) enum ObjectValue {
     Text(String),
 }
 
-impl PartialSchema for ObjectValue {
-    /// A number, whole or not, or a text. Derived, a whole number would match two of three.
-    fn schema() -> RefOr<Schema> {
-        let one = |kind| ObjectBuilder::new().schema_type(kind);
-        OneOfBuilder::new().item(one(Type::Number)).item(one(Type::String)).into()
-    }
-}
-
-impl ToSchema for ObjectValue {}
-
 /// What a client may do with an entry.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub(super) enum AccessName {
     Const,
@@ -69,13 +60,15 @@ pub(super) enum AccessName {
 }
 
 /// Every entry of the dictionary.
-#[derive(Clone, Debug, Serialize, ToSchema)]
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(super) struct Objects {
     objects: Vec<ObjectState>,
 }
 
 /// A value to write.
-#[derive(Clone, Debug, Deserialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct NewObjectValue {
     /// A whole number, a number or a text, as the type of the entry wants it.
@@ -90,12 +83,12 @@ pub(super) struct OfObject {
 }
 
 /// The object dictionary of a node with every value
-#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/objects", tag = "objects",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = Objects), Problems))]
+#[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/objects", tag = "objects",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = Objects), Problems)))]
 pub(super) async fn list(place: Place) -> Result<Json<Objects>, Problem> {
     let address = place.address;
-    let list = place.line.asking.ask(move |bench| {
-        let device = node(bench, address)?;
+    let list = place.line.asking.ask(move |lent| {
+        let device = node(lent, address)?;
         let entries = objects(device)?.iter().flat_map(|object| {
             object.entries.iter().map(move |entry| ObjectState::of(device, object, entry))
         });
@@ -107,53 +100,53 @@ pub(super) async fn list(place: Place) -> Result<Json<Objects>, Problem> {
 /// Reads one entry, not over the bus
 ///
 /// As an SDO client reads it, but no frame passes.
-#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/objects/{index}/{sub}", tag = "objects",
+#[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/objects/{index}/{sub}", tag = "objects",
     params(
         ("line" = String, Path),
         ("address" = u8, Path, maximum = 127),
         ("index" = String, Path, pattern = "^(0x)?[0-9A-Fa-f]{1,4}h?$", description = "hexadecimal, as 6041"),
         ("sub" = String, Path, pattern = "^(0x)?[0-9A-Fa-f]{1,2}h?$", description = "hexadecimal, as 0"),
     ),
-    responses((status = 200, body = ObjectState), Problems))]
+    responses((status = 200, body = ObjectState), Problems)))]
 pub(super) async fn read(place: Place, PathOf(of): PathOf<OfObject>) -> Result<Json<ObjectState>, Problem> {
     let (number, at) = (place.address, address(&of)?);
-    place.line.asking.ask(move |bench| ObjectState::at(node(bench, number)?, at).map(Json)).await?
+    place.line.asking.ask(move |lent| ObjectState::at(node(lent, number)?, at).map(Json)).await?
 }
 
 /// Writes one entry, not over the bus
 ///
 /// Checked as an SDO is. No client waits for it: what it stores is in the file a moment later.
-#[utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/objects/{index}/{sub}", tag = "objects", request_body = NewObjectValue,
+#[cfg_attr(test, utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/objects/{index}/{sub}", tag = "objects", request_body = NewObjectValue,
     params(
         ("line" = String, Path),
         ("address" = u8, Path, maximum = 127),
         ("index" = String, Path, pattern = "^(0x)?[0-9A-Fa-f]{1,4}h?$", description = "hexadecimal, as 6041"),
         ("sub" = String, Path, pattern = "^(0x)?[0-9A-Fa-f]{1,2}h?$", description = "hexadecimal, as 0"),
     ),
-    responses((status = 200, body = ObjectState), Problems))]
+    responses((status = 200, body = ObjectState), Problems)))]
 pub(super) async fn write(
     place: Place,
     PathOf(of): PathOf<OfObject>,
     Body(NewObjectValue { value }): Body<NewObjectValue>,
 ) -> Result<Json<ObjectState>, Problem> {
     let (number, at) = (place.address, address(&of)?);
-    let written = place.line.asking.ask(move |bench| {
-        let (_, entry) = entry(node(bench, number)?, at)?;
+    let written = place.line.asking.ask(move |lent| {
+        let (_, entry) = entry(node(lent, number)?, at)?;
         let octets = octets(at, entry.data, &value)?;
         let mut done = Ok(());
-        bench.with_node(number, &mut |device, now| {
+        lent.with_node(number, &mut |device, now| {
             let written = device.write_without_bus(now, at, &octets);
             done = written.map_err(|refusal| refused(at, refusal.code, &refusal.reason()));
         });
         done?;
-        ObjectState::at(node(bench, number)?, at).map(Json)
+        ObjectState::at(node(lent, number)?, at).map(Json)
     });
     written.await?
 }
 
 /// The node of that number.
-fn node<'a>(bench: &'a (dyn OnLine + 'a), address: u8) -> Result<&'a dyn CanopenDevice, Problem> {
-    bench.having(address, "objects", bench.node(address))
+fn node<'a>(lent: &'a (dyn OnLine + 'a), address: u8) -> Result<&'a dyn CanopenDevice, Problem> {
+    lent.having(address, "objects", lent.node(address))
 }
 
 /// The dictionary of a node that is switched on.

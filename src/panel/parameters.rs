@@ -3,10 +3,11 @@
 use axum::Json;
 use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
+#[cfg(test)]
+use super::description::Problems;
 use super::line::{Acted, OnLine, lacks};
-use super::problem::{Body, PathOf, Problem, Problems};
+use super::problem::{Body, PathOf, Problem};
 use super::routes::Place;
 use super::station::AmountState;
 use crate::face::Description;
@@ -16,7 +17,8 @@ use crate::face::description::{Denied, Parameter, ParameterAccess, ParameterPlac
 const HIGHEST: u16 = 2047;
 
 /// A parameter, its value and what the table says about it.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(super) struct ParameterState {
     /// Its number; that of an element has the element behind a point.
     key: String,
@@ -45,14 +47,16 @@ pub(super) struct ParameterState {
 }
 
 /// One of the values of a coded parameter.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 struct Choice {
     value: u16,
     text: &'static str,
 }
 
 /// Whether a parameter can be read and written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 enum ParameterAccessName {
     ReadOnly,
@@ -62,13 +66,15 @@ enum ParameterAccessName {
 }
 
 /// All parameters of a station.
-#[derive(Clone, Debug, Serialize, ToSchema)]
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(super) struct Parameters {
     parameters: Vec<ParameterState>,
 }
 
 /// A value to write.
-#[derive(Clone, Copy, Debug, Deserialize, ToSchema)]
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct NewParameterValue {
     /// In the unit of the parameter.
@@ -76,7 +82,8 @@ pub(super) struct NewParameterValue {
 }
 
 /// One value.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(super) struct ParameterValue {
     /// The number of the parameter, with the element of an array behind a point.
     key: String,
@@ -94,13 +101,13 @@ pub(super) struct OfParameter {
 }
 
 /// Every parameter of a station
-#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/parameters", tag = "parameters",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = Parameters), Problems))]
+#[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/parameters", tag = "parameters",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = Parameters), Problems)))]
 pub(super) async fn list(place: Place) -> Result<Json<Parameters>, Problem> {
     let address = place.address;
-    let list = place.line.asking.ask(move |bench| {
+    let list = place.line.asking.ask(move |lent| {
         let mut parameters = Vec::new();
-        let description = bench.find(address)?.description;
+        let description = lent.find(address)?.description;
         description.each_parameter(&mut |parameter| parameters.push(ParameterState::of(&parameter)));
         Ok::<_, Problem>(parameters)
     });
@@ -113,56 +120,56 @@ pub(super) async fn list(place: Place) -> Result<Json<Parameters>, Problem> {
 }
 
 /// Reads a parameter, not over the bus
-#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/parameters/{key}", tag = "parameters",
+#[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/parameters/{key}", tag = "parameters",
     params(
         ("line" = String, Path),
         ("address" = u8, Path, maximum = 127),
         ("key" = String, Path, pattern = "^[0-9]{1,4}([.][0-9]{1,3})?$", description = "its number, as 1004; of an array with the element, as 945.0"),
     ),
-    responses((status = 200, body = ParameterValue), Problems))]
+    responses((status = 200, body = ParameterValue), Problems)))]
 pub(super) async fn read(
     place: Place,
     PathOf(parameter): PathOf<OfParameter>,
 ) -> Result<Json<ParameterValue>, Problem> {
     let (address, at) = (place.address, parameter.place()?);
-    place.line.asking.ask(move |bench| ParameterValue::read(bench, address, at)).await?.map(Json)
+    place.line.asking.ask(move |lent| ParameterValue::read(lent, address, at)).await?.map(Json)
 }
 
 /// Writes a parameter, not over the bus
 ///
 /// By the rules of the bus (range, operating state), but without a job: no master sees it, and nothing waits for the memory.
-#[utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/parameters/{key}", tag = "parameters",
+#[cfg_attr(test, utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/parameters/{key}", tag = "parameters",
     params(
         ("line" = String, Path),
         ("address" = u8, Path, maximum = 127),
         ("key" = String, Path, pattern = "^[0-9]{1,4}([.][0-9]{1,3})?$", description = "its number, as 1004; of an array with the element, as 945.0"),
     ),
-    request_body = NewParameterValue, responses((status = 200, body = ParameterValue), Problems))]
+    request_body = NewParameterValue, responses((status = 200, body = ParameterValue), Problems)))]
 pub(super) async fn write(
     place: Place,
     PathOf(parameter): PathOf<OfParameter>,
     Body(NewParameterValue { value }): Body<NewParameterValue>,
 ) -> Result<Json<ParameterValue>, Problem> {
     let (address, at) = (place.address, parameter.place()?);
-    let written = place.line.asking.ask(move |bench| {
-        has_parameters(bench, address)?;
+    let written = place.line.asking.ask(move |lent| {
+        has_parameters(lent, address)?;
         let write = |station: &mut dyn Description, acted: &Acted<'_>| {
             let mut words = String::new();
             let say = &mut |said: &dyn core::fmt::Display| words = said.to_string();
             let written = station.write_parameter(acted.now, at, value, say);
             written.map_err(|denied| refusal(denied, words))
         };
-        bench.act(address, &write)?;
-        ParameterValue::read(bench, address, at)
+        lent.act(address, &write)?;
+        ParameterValue::read(lent, address, at)
     });
     written.await?.map(Json)
 }
 
 /// 409 if the station has no parameters.
-fn has_parameters(bench: &dyn OnLine, address: u8) -> Result<(), Problem> {
+fn has_parameters(lent: &dyn OnLine, address: u8) -> Result<(), Problem> {
     let mut has = None;
-    bench.find(address)?.description.each_parameter(&mut |_| has = Some(()));
-    bench.having(address, "parameters", has)
+    lent.find(address)?.description.each_parameter(&mut |_| has = Some(()));
+    lent.having(address, "parameters", has)
 }
 
 /// What was wrong with an access, as a status.
@@ -202,11 +209,11 @@ fn number(parameter: &Parameter<'_>, element: Option<u8>) -> AmountState {
 }
 
 impl ParameterValue {
-    fn read(bench: &dyn OnLine, address: u8, at: ParameterPlace) -> Result<Self, Problem> {
-        has_parameters(bench, address)?;
+    fn read(lent: &dyn OnLine, address: u8, at: ParameterPlace) -> Result<Self, Problem> {
+        has_parameters(lent, address)?;
         let ParameterPlace { number: wanted, element } = at;
         let (mut found, mut words) = (None, String::new());
-        let description = bench.find(address)?.description;
+        let description = lent.find(address)?.description;
         let checked = description.check_parameter(at, &mut |said| words = said.to_string());
         description.each_parameter(&mut |parameter| {
             if parameter.number == wanted {

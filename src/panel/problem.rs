@@ -9,10 +9,10 @@ use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use utoipa::{IntoResponses, ToSchema};
 
 /// Why a request was refused. Nothing was changed.
-#[derive(Clone, Debug, Serialize, ToSchema)]
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(crate) struct Problem {
     /// The HTTP status.
     status: u16,
@@ -59,58 +59,6 @@ impl IntoResponse for Problem {
         response.headers_mut().insert(header::CONTENT_TYPE, media_type);
         response
     }
-}
-
-/// What every operation may answer instead of what it is for.
-#[derive(IntoResponses)]
-#[expect(dead_code, reason = "only described")]
-pub(super) enum Problems {
-    #[response(
-        status = 400,
-        description = "The request is not understood",
-        content_type = "application/problem+json"
-    )]
-    BadRequest(Problem),
-    #[response(
-        status = 403,
-        description = "A request of another web site, or another name in Host",
-        content_type = "application/problem+json"
-    )]
-    Forbidden(Problem),
-    #[response(status = 404, description = "It does not exist", content_type = "application/problem+json")]
-    NotFound(Problem),
-    #[response(
-        status = 408,
-        description = "The request took too long",
-        content_type = "application/problem+json"
-    )]
-    Timeout(Problem),
-    #[response(
-        status = 409,
-        description = "Not possible in the present state",
-        content_type = "application/problem+json"
-    )]
-    Conflict(Problem),
-    #[response(
-        status = 413,
-        description = "The body is too large",
-        content_type = "application/problem+json"
-    )]
-    TooLarge(Problem),
-    #[response(
-        status = 415,
-        description = "The body is not application/json",
-        content_type = "application/problem+json"
-    )]
-    MediaType(Problem),
-    #[response(status = 422, description = "A value is wrong", content_type = "application/problem+json")]
-    Value(Problem),
-    #[response(
-        status = 503,
-        description = "The bus has ended, or does not answer in time",
-        content_type = "application/problem+json"
-    )]
-    Unavailable(Problem),
 }
 
 /// A body in JSON.

@@ -32,10 +32,10 @@ pub(crate) struct Requests<L: Lends> {
 
 impl<L: Lends> Requests<L> {
     /// Carries out some of what waits. If more waits, the next run of the bus ends at once.
-    pub(crate) fn serve(&mut self, bench: &mut L::Access<'_>) {
+    pub(crate) fn serve(&mut self, lent: &mut L::Access<'_>) {
         for _ in 0..AT_ONCE {
             match self.waiting.try_recv() {
-                Ok(request) => request(bench),
+                Ok(request) => request(lent),
                 Err(_) => return,
             }
         }
@@ -68,9 +68,9 @@ impl<L: Lends> Asking<L> {
         act: impl FnOnce(&mut L::Access<'_>) -> R + Send + 'static,
     ) -> Result<R, Problem> {
         let (answer, answered) = oneshot::channel();
-        let request: Request<L> = Box::new(move |bench| {
+        let request: Request<L> = Box::new(move |lent| {
             // Whoever asked may have gone.
-            let _ = answer.send(act(bench));
+            let _ = answer.send(act(lent));
         });
         self.queue.try_send(request).map_err(|error| match error {
             mpsc::error::TrySendError::Full(_) => Problem::busy(),

@@ -13,7 +13,6 @@ pub(super) mod spec;
 mod values;
 
 use serde::Serialize;
-use utoipa::ToSchema;
 
 use super::inputs::{InputState, KeyState, Provocation};
 use super::line::OnLine;
@@ -31,7 +30,8 @@ use display::Display;
 pub(super) use values::{AmountState, BitState, Entry, Past, Process, ValueState, WordState};
 
 /// A bus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub(super) enum BusName {
     Profibus,
@@ -39,7 +39,8 @@ pub(super) enum BusName {
 }
 
 /// Whether a station is supplied.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub(super) enum PowerName {
     Off,
@@ -49,7 +50,8 @@ pub(super) enum PowerName {
 }
 
 /// Whether a station takes part on its line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub(super) enum PresenceName {
     Active,
@@ -60,7 +62,8 @@ pub(super) enum PresenceName {
 }
 
 /// A fault that a station is in.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(super) struct FaultNow {
     /// Its code in the device's own words.
     pub(super) fault: String,
@@ -69,13 +72,14 @@ pub(super) struct FaultNow {
 }
 
 /// What is to be known about a station at a glance.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(super) struct Summary {
     /// The name of its line.
     line: String,
     bus: BusName,
     /// The station address, or the node number.
-    #[schema(minimum = 0, maximum = 127)]
+    #[cfg_attr(test, schema(minimum = 0, maximum = 127))]
     address: u8,
     /// As on the command line: `ag03-1`; `own` for one that is in no list.
     device: &'static str,
@@ -108,7 +112,8 @@ pub(super) struct Summary {
 }
 
 /// The complete state of a station.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(super) struct State {
     /// When this was so, since its line was started.
     pub(super) time_seconds: f64,
@@ -140,7 +145,8 @@ pub(super) struct State {
 }
 
 /// Which routes a station answers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(super) struct Has {
     pub(super) parameters: bool,
     pub(super) objects: bool,
@@ -151,7 +157,8 @@ pub(super) struct Has {
 }
 
 /// What keeps a station from moving.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(super) struct Reasons {
     /// Whether it moves; `null`: it does not say.
     moving: Option<bool>,
@@ -162,7 +169,8 @@ pub(super) struct Reasons {
 }
 
 /// One thing that keeps it from moving, or a condition that is not met.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(super) struct ReasonText {
     /// A name that stays, for programs.
     pub(super) reason: &'static str,
@@ -202,8 +210,8 @@ impl Reasons {
 }
 
 impl Summary {
-    pub(super) fn of(line: &str, bench: &dyn OnLine, address: u8) -> Option<Self> {
-        let station = bench.station(address)?;
+    pub(super) fn of(line: &str, lent: &dyn OnLine, address: u8) -> Option<Self> {
+        let station = lent.station(address)?;
         let description = station.description;
         let fault = fault(description);
         let (mut state_text, mut warning, mut headline) = (None, None, Vec::new());
@@ -216,7 +224,7 @@ impl Summary {
         });
         Some(Self {
             line: line.into(),
-            bus: BusName::of(bench.kind()),
+            bus: BusName::of(lent.kind()),
             address,
             device: station.device,
             product: station.product.into_owned(),
@@ -228,7 +236,7 @@ impl Summary {
             state: description.drive_state().map(|state| state.name()),
             state_text,
             moving: description.why().map(|why| why.is_moving() == Some(true)),
-            display: Display::of(&description.face(bench.now()), fault.as_ref()),
+            display: Display::of(&description.face(lent.now()), fault.as_ref()),
             fault,
             warning,
             headline,
@@ -246,8 +254,8 @@ impl Summary {
     }
 
     /// Of every station of a line; of two with one address both.
-    pub(super) fn all(line: &str, bench: &dyn OnLine) -> Vec<Self> {
-        bench.addresses().into_iter().filter_map(|address| Self::of(line, bench, address)).collect()
+    pub(super) fn all(line: &str, lent: &dyn OnLine) -> Vec<Self> {
+        lent.addresses().into_iter().filter_map(|address| Self::of(line, lent, address)).collect()
     }
 }
 
@@ -261,9 +269,9 @@ fn fault(description: &dyn Description) -> Option<FaultNow> {
 
 impl State {
     /// Without the last refusal, which the station does not remember.
-    pub(super) fn of(line: &str, bench: &dyn OnLine, address: u8) -> Option<Self> {
-        let summary = Summary::of(line, bench, address)?;
-        let description = bench.station(address)?.description;
+    pub(super) fn of(line: &str, lent: &dyn OnLine, address: u8) -> Option<Self> {
+        let summary = Summary::of(line, lent, address)?;
+        let description = lent.station(address)?.description;
         let (values, counters) = all_values(description);
         let switches = SwitchesState::of(description);
         let mut parameters = false;
@@ -279,11 +287,11 @@ impl State {
         description.each_word(&mut |word| words.push(WordState::of(&word)));
         description.each_past(&mut |past| history.push(Past::of(&past)));
         let mut state = Self {
-            time_seconds: seconds(bench.now()),
+            time_seconds: seconds(lent.now()),
             summary,
             words,
             values,
-            process: process(description, bench.known(address)),
+            process: process(description, lent.known(address)),
             inputs: InputState::all(description),
             keys: KeyState::all(description),
             faults: Provocation::all(description),
@@ -296,7 +304,7 @@ impl State {
             eeprom: description.memory(),
             has,
         };
-        bench.complete(address, &mut state);
+        lent.complete(address, &mut state);
         Some(state)
     }
 

@@ -37,15 +37,19 @@ use futures_core::Stream;
 use serde::Deserialize;
 use tokio::sync::mpsc;
 
+#[cfg(test)]
+use super::description::Problems;
 use super::line::Lines;
-use super::problem::{Problem, Problems, QueryOf};
+use super::problem::{Problem, QueryOf};
 use super::routes::Place;
 use event::Item;
 use feed::Shared;
 use hub::{MOST_SUBSCRIBERS, Seat};
 use subscriber::Subscriber;
 
-pub(super) use event::{LastRefusal, Lost, NewsEvent, TelegramEvent};
+#[cfg(test)]
+pub(super) use event::TelegramEvent;
+pub(super) use event::{LastRefusal, Lost, NewsEvent};
 pub(super) use feed::{Feed, SentSettings};
 pub(super) use hub::{Hub, Readers};
 
@@ -88,14 +92,14 @@ struct Wanted {
 /// `event: state` with a State if an address is given, else with Stations: when it has changed, at most once per interval,
 /// and once a second at least. `event: news` with a NewsEvent. `event: telegram` with a TelegramEvent, of frames too.
 /// `event: lost` with what a slow reader did not get. The stream of a station that is removed ends, its last news says so.
-#[utoipa::path(get, path = "/api/v1/events", tag = "stream",
+#[cfg_attr(test, utoipa::path(get, path = "/api/v1/events", tag = "stream",
     params(
         ("line" = Option<String>, Query, description = "Only this line"),
         ("address" = Option<u8>, Query, maximum = 127, description = "Only this station; telegrams from and to it"),
         ("kinds" = Option<String>, Query, pattern = "^(state|news|telegram)(,(state|news|telegram))*$", description = "state, news, telegram, with commas; without it state,news"),
         ("interval_milliseconds" = Option<u64>, Query, minimum = 20, maximum = 60000, description = "Between two states, 100 without it"),
     ),
-    responses((status = 200, content_type = "text/event-stream", body = String), Problems))]
+    responses((status = 200, content_type = "text/event-stream", body = String), Problems)))]
 pub(super) async fn events(
     State(lines): State<Lines>,
     QueryOf(subscription): QueryOf<Subscription>,
@@ -119,8 +123,8 @@ pub(super) async fn events(
             watches.push(line.hub.watch());
         }
         let address = wanted.station.as_ref().map(|place| place.address);
-        let there = line.asking.ask(move |bench| match address {
-            Some(address) => bench.find(address).map(drop),
+        let there = line.asking.ask(move |lent| match address {
+            Some(address) => lent.find(address).map(drop),
             None => Ok(()),
         });
         there.await??;

@@ -2,15 +2,17 @@
 
 use axum::Json;
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
+#[cfg(test)]
+use super::description::Problems;
 use super::line::lacks;
-use super::problem::{Body, Problem, Problems};
+use super::problem::{Body, Problem};
 use super::routes::Place;
 use crate::face::Description;
 
 /// The switches of a station and what they mean. They are read when it is switched on.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(super) struct SwitchesState {
     /// The first switch first, `true` = on.
     positions: Vec<bool>,
@@ -21,7 +23,8 @@ pub(super) struct SwitchesState {
 }
 
 /// New positions of all switches.
-#[derive(Clone, Debug, Deserialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct SwitchesChange {
     /// The first switch first, `true` = on.
@@ -29,12 +32,12 @@ pub(super) struct SwitchesChange {
 }
 
 /// The switches of a station
-#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/switches", tag = "station",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = SwitchesState), Problems))]
+#[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/switches", tag = "station",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = SwitchesState), Problems)))]
 pub(super) async fn read(place: Place) -> Result<Json<SwitchesState>, Problem> {
     let address = place.address;
-    let read = place.line.asking.ask(move |bench| {
-        let switches = SwitchesState::of(bench.find(address)?.description);
+    let read = place.line.asking.ask(move |lent| {
+        let switches = SwitchesState::of(lent.find(address)?.description);
         switches.map(Json).ok_or_else(|| lacks(address, "switches"))
     });
     read.await?
@@ -43,9 +46,9 @@ pub(super) async fn read(place: Place) -> Result<Json<SwitchesState>, Problem> {
 /// Sets all switches
 ///
 /// They are read when the station is switched on next.
-#[utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/switches", tag = "station",
+#[cfg_attr(test, utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/switches", tag = "station",
     params(("line" = String, Path), ("address" = u8, Path, maximum = 127)),
-    request_body = SwitchesChange, responses((status = 200, body = SwitchesState), Problems))]
+    request_body = SwitchesChange, responses((status = 200, body = SwitchesState), Problems)))]
 pub(super) async fn set(
     place: Place,
     Body(SwitchesChange { positions }): Body<SwitchesChange>,

@@ -12,7 +12,7 @@
 set -euo pipefail
 here=$(realpath "$(dirname "${BASH_SOURCE[0]}")")
 root=$(realpath "$here/../..")
-. "$here/../emulator.sh"
+. "$here/../helpers/emulator.sh"
 
 target=${CARGO_TARGET_DIR:-$root/target}
 venv=${CANOPEN_VENV:-$target/canopen-venv}

@@ -2,8 +2,6 @@
 //!
 //! What Wireshark's own programs make of such files is tested by `tests/wireshark/run.sh`.
 
-use crate::{pty, telegrams};
-
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
@@ -19,7 +17,9 @@ use profidrive::host::link::tap::Direction;
 use profidrive::profibus::fdl::{FrameCount, FunctionCode, Service};
 use profidrive::profibus::pkw::ErrorNumber;
 use profidrive::profibus::ppo::{Ind, JobId, Pke, Pkw};
-use pty::Master;
+
+use crate::pty::Master;
+use crate::telegrams;
 
 /// How often the emulator is killed, each time a little later.
 const KILLS: u64 = 12;

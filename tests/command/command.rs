@@ -60,7 +60,7 @@ fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
             "others than this machine can connect and read the metrics; add --metrics-allow-remote",
         ),
         (&["emulate", "--metrics-allow-remote"], "--metrics"),
-        (&["emulate", "--line", "plant.toml", "--metrics", "127.0.0.1:0"], "--metrics"),
+        (&["emulate", "--line", "line.toml", "--metrics", "127.0.0.1:0"], "--metrics"),
         (&["emulate", "--link", "pty:"], "the path is missing"),
         (&["emulate", "--link", "serial"], "the device is missing"),
         (&["emulate", "--link", "tcp"], "host and port are missing"),

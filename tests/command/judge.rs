@@ -50,9 +50,9 @@ fn ask(link: &Path, error: u8) {
     let flags = (OFlags::NOCTTY | OFlags::NONBLOCK).bits().cast_signed();
     let mut bus = fs::OpenOptions::new().read(true).write(true).custom_flags(flags).open(link).unwrap();
     let mut octets = [0; 256];
-    for spoilt in [error, error, 0, 0, 0] {
+    for error_bits in [error, error, 0, 0, 0] {
         let mut diag = DIAG;
-        diag[9] ^= spoilt;
+        diag[9] ^= error_bits;
         bus.write_all(&diag).unwrap();
         thread::sleep(Duration::from_millis(150));
         let _ = bus.read(&mut octets);

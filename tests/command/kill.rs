@@ -5,8 +5,6 @@
 //! before or as written. `PROFIDRIVE_KILLS` says how often (200 if it is not set), `PROFIDRIVE_KILL_SEED` with which
 //! values and moments.
 
-use crate::pty;
-
 use core::time::Duration;
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
@@ -18,7 +16,8 @@ use std::thread;
 use profidrive::devices::ag03::param::{Gear, Model, Parameter, Store};
 use profidrive::devices::ag03::unit::Image;
 use profidrive::profibus::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
-use pty::Master;
+
+use crate::pty::Master;
 
 /// What is written: PNU, whether it is a double word, smallest and largest value.
 const PARAMETERS: [(u16, bool, i32, i32); 9] = [

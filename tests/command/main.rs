@@ -8,17 +8,17 @@
     reason = "a test may panic, and has std"
 )]
 
-#[path = "../common/mod.rs"]
-mod common;
-#[path = "../panel/mod.rs"]
+#[path = "../helpers/drive_line.rs"]
+mod drive_line;
+#[path = "../helpers/panel.rs"]
 mod panel;
-#[path = "../common/pty.rs"]
+#[path = "../helpers/pty.rs"]
 mod pty;
-#[path = "../said/mod.rs"]
-mod said;
-#[path = "../telegrams/mod.rs"]
+#[path = "../helpers/sentences.rs"]
+mod sentences;
+#[path = "../helpers/telegrams.rs"]
 mod telegrams;
-#[path = "../test_master/mod.rs"]
+#[path = "../helpers/test_master/mod.rs"]
 mod test_master;
 
 #[cfg(target_os = "linux")]
@@ -38,6 +38,8 @@ mod kept_stations;
 mod kill;
 #[cfg(target_os = "linux")]
 mod left_behind;
+#[cfg(target_os = "linux")]
+mod line_file;
 mod log;
 #[cfg(target_os = "linux")]
 mod manual;
@@ -64,8 +66,6 @@ mod panel_ppo;
 #[cfg(target_os = "linux")]
 mod panel_robustness;
 mod panel_stations;
-#[cfg(target_os = "linux")]
-mod plant;
 #[cfg(target_os = "linux")]
 mod ppo_drives;
 #[cfg(target_os = "linux")]

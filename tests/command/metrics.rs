@@ -272,7 +272,7 @@ fn nodes_have_their_states_services_and_faults() {
 #[test]
 fn all_lines_of_a_file_are_at_one_place_which_every_ready_line_names() {
     let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("plant.toml");
+    let file = folder.path().join("line.toml");
     let text = "metrics = '127.0.0.1:0'\n[[line]]\nlink = 'pty:a\"b'\n[[line.drive]]\naddress = 5\n\
                 [[line]]\nlink = 'slcan-tcp:127.0.0.1:0'\n[[line.node]]\nid = 5\ndevice = 'ap10'\n";
     std::fs::write(&file, text).unwrap();

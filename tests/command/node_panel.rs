@@ -446,7 +446,7 @@ fn faults_come_and_go_while_the_bus_runs_and_are_counted() {
     rig.emulator.set("PUT", bus, &json!({"faults": ["frame-damaged,node=5,count=32"]}));
     rig.master.send(&format!("t6058{read}"));
     let start = std::time::Instant::now();
-    // A fault is counted when it spoils its frame, the error frame when the bus has carried it.
+    // A fault is counted when it changes its frame, the error frame when the bus has carried it.
     while rig.emulator.get(bus)["faults"][0]["injected"] != 32
         || rig.emulator.get("/api/v1/lines/line")["error_frames"].as_u64().unwrap() < 32
     {
@@ -573,7 +573,7 @@ fn why_a_node_does_not_move_is_said_on_request() {
 }
 
 #[test]
-fn faults_on_purpose_spoil_what_their_node_sends() {
+fn faults_on_purpose_change_what_their_node_sends() {
     let emulator = Emulator::with(&[
         "--node",
         "5",

@@ -1,9 +1,8 @@
 //! HTTP control of a running emulator: what acts on a drive from outside, and what is refused.
 
-use crate::panel;
-
-use panel::{Answer, Emulator, State};
 use serde_json::{Value, json};
+
+use crate::panel::{Answer, Emulator, State};
 
 const INPUTS: &str = "/api/v1/stations/5/inputs";
 const POWER: &str = "/api/v1/stations/5/power";

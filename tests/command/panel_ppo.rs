@@ -1,9 +1,8 @@
 //! HTTP control of a drive of PROFIDRIVE version 2.
 
-use crate::panel;
-
-use panel::{Emulator, State};
 use serde_json::{Value, json};
+
+use crate::panel::{Emulator, State};
 
 fn emulator() -> Emulator {
     let table = format!("{}/examples/ppo_drive.toml", env!("CARGO_MANIFEST_DIR"));

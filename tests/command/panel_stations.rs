@@ -1,9 +1,8 @@
 //! HTTP control of a station from a GSD.
 
-use crate::panel;
-
-use panel::Emulator;
 use serde_json::{Value, json};
+
+use crate::panel::Emulator;
 
 fn emulator() -> Emulator {
     let gsd = format!("{}/tests/gsd/remote_io.gsd", env!("CARGO_MANIFEST_DIR"));

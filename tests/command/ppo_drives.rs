@@ -100,7 +100,7 @@ fn the_master_commissions_a_drive_of_the_profile() {
     assert_eq!(done(&["stop"])["outcome"], "OFF1, operation is disabled");
 
     for (arguments, code, words) in [
-        (&["read", "rampup tim"][..], 2, "did you mean 'ramp-up time'?"),
+        (&["read", "rampup tim"][..], 2, "close to it are 2 ramp-up time"),
         (&["write", "2", "6501"], 2, "takes 0 to 6500, got 6501"),
         (&["write", "2", "0.5"], 2, "takes a whole number"),
         (&["write", "10", "1"], 2, "can only be read"),

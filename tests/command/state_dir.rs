@@ -1,6 +1,6 @@
 //! The directory of `emulate --state-dir`: what is refused, what is repaired, and that a full disk harms nothing.
 
-use crate::common;
+use crate::drive_line;
 use crate::pty;
 
 use std::fs;
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
-use common::{CFG, IDENT, MASTER, SLAVE, telegram};
+use drive_line::{CFG, IDENT, MASTER, SLAVE, telegram};
 use profidrive::devices::ag03::param::{Gear, Model, Parameter, Pnu, Value};
 use profidrive::devices::ag03::profibus::{Config, Device, MAX_TELEGRAM_LEN};
 use profidrive::devices::ag03::unit::{IMAGE_LEN, Image};

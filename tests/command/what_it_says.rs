@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use crate::panel;
-use crate::said::{Row, compare};
+use crate::sentences::{Row, compare};
 
 /// What the command says to these arguments, with `folder` as the folder it works in. It must fail.
 fn said(folder: &Path, arguments: &[&str]) -> Vec<String> {

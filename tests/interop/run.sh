@@ -21,7 +21,7 @@ readonly KILL_PAUSE=6     # seconds, longer than that travel takes
 
 here=$(realpath "$(dirname "${BASH_SOURCE[0]}")")
 root=$(realpath "$here/../..")
-. "$here/../emulator.sh"
+. "$here/../helpers/emulator.sh"
 
 [[ $# -eq 1 ]] || cannot "usage: $0 PATH-OF-PROFIDRIVE"
 emulator=$(program "$1")
@@ -160,15 +160,17 @@ start_emulator "$emulator" --link "pty:$work/ppo" \
 "$venv/bin/python" "$here/ppo_drive.py" --port "$work/ppo" --gsd "$root/examples/ppo_drive.gsd" || fail "ppo_drive.py"
 stop_emulator
 
-echo "== the plant of examples/plant"
-cp -r "$root/examples/plant" "$work/plant"
-start_emulator "$emulator" --line "$work/plant/plant.toml"
-"$venv/bin/python" "$here/stations.py" --gsd "$root/examples/plant" --link "pty:$work/plant/bus" --plant || fail "stations.py --plant"
+echo "== the line of examples/line"
+cp -r "$root/examples/line" "$work/line"
+start_emulator "$emulator" --line "$work/line/line.toml"
+"$venv/bin/python" "$here/stations.py" --gsd "$root/examples/line" --link "pty:$work/line/bus" --line-file || fail "stations.py --line-file"
 stop_emulator
 
-# It gets some rows wrong (docs/judged-masters.md). The judge must find these and accuse it of nothing else.
+# It gets some rows wrong (docs/judged-masters.md). The judge must find these and accuse it of nothing else. On a slow
+# machine it may not come to its last retry in time, which is what M-C07 is about.
 echo "== pyprofibus under the judge"
-known='M-C04 M-C07 M-O01 M-E13'
+known='M-C04 M-O01 M-E13'
+sometimes=M-C07
 : >"$work/ready"
 "$emulator" judge --link "pty:$work/judged" --station 5,ident=1234,cfg=2313,groups=01 --master 2 --watchdog 1000 --slot 100 \
     --only 'M-C*,M-F*,M-P*,M-O01,M-E01,M-E13' --json "$work/verdicts.json" >"$work/ready" 2>"$work/emulator.log" &
@@ -189,7 +191,8 @@ master_pid=
 ((status == 1)) || fail "judge: expected exit status 1, got $status"
 failed=$("$python" -c 'import json, sys; print(*[row["id"] for row in json.load(open(sys.argv[1]))["rows"] if row["verdict"] == "fail"])' \
     "$work/verdicts.json")
-[[ $failed == "$known" ]] || fail "judge: expected the rows $known to fail, got $failed: $(cat "$work/ready")"
+[[ ${failed/$sometimes /} == "$known" ]] ||
+    fail "judge: expected the rows $known to fail, and perhaps $sometimes, got $failed: $(cat "$work/ready")"
 echo "judge: $failed fail, as known"
 
 # Examples of one's own, if they are built beside the emulator.

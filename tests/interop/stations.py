@@ -4,7 +4,7 @@
     stations.py --link pty:PATH|tcp:HOST:PORT --gsd DIRECTORY              all kinds of stations, at addresses 10, 11, ...
     stations.py --link ... --gsd DIRECTORY --wrong                         a module that the station does not take
     stations.py --link ... --gsd DIRECTORY --tank                          fill and drain the tank of examples/tank.py
-    stations.py --link ... --gsd DIRECTORY --plant                         the 12 stations of examples/plant
+    stations.py --link ... --gsd DIRECTORY --line-file                         the 12 stations of examples/line
     stations.py --list                                                     address and file of every station
 
 Exit status 0 if all went well, 1 with one line `FAIL ...` otherwise.
@@ -37,8 +37,8 @@ STATIONS = [
 ]
 REMOTE_IO = 7
 
-# The plant of examples/plant/plant.toml: the drives as their own GSD has them.
-PLANT = [
+# the line of examples/line/line.toml: the drives as their own GSD has them.
+LINE = [
     (3, ("../../gsd/SIKO0AC5.GSD", ["PKW 4 words + PZD 3 words"], 14, 14, None)),
     (4, ("../../gsd/SIKO0AC5.GSD", ["PKW 4 words + PZD 3 words"], 14, 14, None)),
     *[(address, ("io.gsd", ["8 DI", "8 DO", "2 AI"], 1, 5, None)) for address in range(5, 11)],
@@ -146,9 +146,9 @@ def every_kind(link, gsd):
     line.master.destroy()
 
 
-def plant(link, gsd):
-    line = Line(link, gsd, PLANT)
-    for address, (_, _, outputs, _, _) in PLANT:
+def line_file(link, gsd):
+    line = Line(link, gsd, LINE)
+    for address, (_, _, outputs, _, _) in LINE:
         line.send(address, bytes(outputs))
     line.until("Data_Exchange", lambda: all(slave.isConnected() for slave in line.slaves.values()))
     line.send(5, [1])
@@ -156,7 +156,7 @@ def plant(link, gsd):
     line.until("a mirrored output", lambda: line.inputs.get(5, b"\0")[0] == 1)
     line.until("an output that another station follows", lambda: line.inputs.get(7, b"\0")[0] == 0xA5)
     line.until("a constant", lambda: line.inputs.get(11, b"\0")[0] == 129)
-    print(f"plant: {len(PLANT)} stations exchange data")
+    print(f"line: {len(LINE)} stations exchange data")
     line.master.destroy()
 
 
@@ -196,12 +196,12 @@ def main():
     parser.add_argument("--list", action="store_true")
     parser.add_argument("--wrong", action="store_true")
     parser.add_argument("--tank", action="store_true")
-    parser.add_argument("--plant", action="store_true")
+    parser.add_argument("--line-file", action="store_true")
     args = parser.parse_args()
     if args.list:
         print("\n".join(f"{address} {row[0]}" for address, row in enumerate(STATIONS, 10)))
         return 0
-    play = wrong if args.wrong else tank if args.tank else plant if args.plant else every_kind
+    play = wrong if args.wrong else tank if args.tank else line_file if args.line_file else every_kind
     try:
         play(args.link, args.gsd)
     except Failure as failure:

@@ -10,7 +10,7 @@
     clippy::alloc_instead_of_core
 )]
 
-#[path = "../test_master/mod.rs"]
+#[path = "../helpers/test_master/mod.rs"]
 mod test_master;
 
 mod admitted;

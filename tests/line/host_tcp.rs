@@ -1,14 +1,11 @@
 //! The TCP link, seen from its clients.
 
-use crate::common;
-
 use core::time::Duration;
 use std::io::{ErrorKind, Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpStream};
 use std::thread;
 use std::time::Instant;
 
-use common::{CFG, IDENT, telegram};
 use profidrive::devices::ag03::profibus::{Config, Device};
 use profidrive::host::link::tap::{Batch, Tap};
 use profidrive::host::link::tcp::{MAX_BACKLOG, MAX_BURST, MAX_CLIENTS, Reach, Tcp};
@@ -16,6 +13,8 @@ use profidrive::host::{Bus, Clock, Error, Link, ManualClock, Received, Stop, Sys
 use profidrive::profibus::fdl::telegram::{Decoded, decode};
 use profidrive::profibus::fdl::{Address, FrameCount, FunctionCode, Service, Telegram};
 use profidrive::time::BaudRate;
+
+use crate::drive_line::{CFG, IDENT, telegram};
 
 mod masters;
 

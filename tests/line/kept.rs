@@ -14,7 +14,7 @@ use profidrive::profibus::ppo::{Ind, JobId, PPO_LEN, Pke, Pkw, ReplyId};
 use profidrive::time::Instant;
 use proptest::prelude::*;
 
-use crate::common::{CFG, IDENT, MASTER};
+use crate::drive_line::{CFG, IDENT, MASTER};
 use crate::faulty_disk::{Failing, FaultyDisk};
 use crate::long::cases;
 use crate::telegrams::telegram;

@@ -73,7 +73,7 @@ impl Participant for Rogue {
         address(5)
     }
     fn set_baud(&mut self, _: BaudRate) {}
-    fn receive(&mut self, now: Instant, _: &Telegram<'_>, _: &mut dyn FnMut(StationEvent)) {
+    fn handle_telegram(&mut self, now: Instant, _: &Telegram<'_>, _: &mut dyn FnMut(StationEvent)) {
         self.due = Some(now.saturating_add(self.after));
     }
     fn handle_timeout(&mut self, _: Instant, _: &mut dyn FnMut(StationEvent)) {}

@@ -1,16 +1,15 @@
 //! A line full of errors, and octets of all kinds, on a simulated line that checks the rules of the bus all the time.
-use crate::mirror;
-
 use core::sync::atomic::{AtomicU64, Ordering};
 use std::sync::Arc;
 
-use mirror::{IDENT, SMALL, SMALL_LEN, address, inputs, line, long, mirror, outputs, start_up};
 use profidrive::bench::{Answer, Line, ScriptedMaster as Master};
 use profidrive::devices::ag03::profibus::{Config, Device, Timing};
 use profidrive::host::BusEvent;
 use profidrive::profibus::dp::State;
 use profidrive::profibus::fdl::ReplyStatus;
 use profidrive::time::Instant;
+
+use crate::mirror_slaves::{IDENT, SMALL, SMALL_LEN, address, inputs, line, long, mirror, outputs, start_up};
 
 /// Numbers that look random and are the same in every run.
 struct Random(u64);

@@ -1,10 +1,7 @@
 //! Faults on purpose, each seen on the wire by the master.
 
-use crate::common;
-
 use core::time::Duration;
 
-use common::{CFG, IDENT, MASTER, SLAVE, hex, telegram};
 use profidrive::devices::ag03::profibus::{ApplicationCycle, Config, Device};
 use profidrive::host::fault::{Row, Rule, Way};
 use profidrive::host::link::fault::Faulty;
@@ -15,6 +12,8 @@ use profidrive::profibus::fdl::telegram::{Decoded, decode};
 use profidrive::profibus::fdl::{Address, FrameCount, FunctionCode, Service, Telegram};
 use profidrive::time::Instant;
 use proptest::prelude::*;
+
+use crate::drive_line::{CFG, IDENT, MASTER, SLAVE, hex, telegram};
 
 const PRM: [u8; 7] = [0x80, 1, 1, 11, IDENT[0], IDENT[1], 0];
 const NO_OUTPUTS: [u8; 14] = [0; 14];
@@ -338,7 +337,7 @@ fn a_dropped_request_is_heard_by_nobody_and_repeated_with_success() {
 }
 
 #[test]
-fn a_diagnosis_storm_announces_a_diagnosis_in_each_data_exchange() {
+fn dh_announces_a_diagnosis_in_each_data_exchange() {
     let mut line = Line::with("diag-storm,count=3");
     line.start_up();
     let diagnosis = line.diagnosis();

@@ -8,20 +8,21 @@
     reason = "a test may panic, and has std"
 )]
 
-#[path = "../common/mod.rs"]
-mod common;
+#[path = "../helpers/drive_line.rs"]
+mod drive_line;
 #[cfg(feature = "std")]
 mod faulty_disk;
 mod gsd_image;
-#[path = "../long/mod.rs"]
+#[path = "../helpers/long.rs"]
 mod long;
-#[path = "../mirror/mod.rs"]
-mod mirror;
-#[path = "../said/mod.rs"]
-mod said;
-#[path = "../telegrams/mod.rs"]
+#[path = "../helpers/mirror_slaves.rs"]
+mod mirror_slaves;
+#[path = "../helpers/sentences.rs"]
+mod sentences;
+#[path = "../helpers/telegrams.rs"]
 mod telegrams;
 
+mod axes;
 #[cfg(feature = "std")]
 mod hints;
 #[cfg(target_os = "linux")]
@@ -53,7 +54,6 @@ mod node_images;
 mod noisy_line;
 mod own_master;
 mod own_station;
-mod plant;
 mod ppo_drive;
 #[cfg(target_os = "linux")]
 mod slcan;

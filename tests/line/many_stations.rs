@@ -1,12 +1,7 @@
 //! Many stations on one simulated line: a full bus, groups, stations that come and go and move. The line itself checks
 //! the rules of the bus all the time.
-use crate::mirror;
-
 use core::time::Duration;
 
-use mirror::{
-    BAUD, IDENT, LARGE, Mirror, SMALL, SMALL_LEN, address, inputs, line, long, mirror, outputs, start_up,
-};
 use profidrive::bench::{Answer, Line, ScriptedMaster as Master};
 use profidrive::devices::StationEvent;
 use profidrive::devices::ag03::profibus::{Config, Device, MAX_TELEGRAM_LEN, Timing};
@@ -15,6 +10,10 @@ use profidrive::profibus::dp;
 use profidrive::profibus::dp::{Description, State};
 use profidrive::profibus::fdl::{Address, ReplyStatus, Sap, Telegram};
 use profidrive::time::{BaudRate, Instant};
+
+use crate::mirror_slaves::{
+    BAUD, IDENT, LARGE, Mirror, SMALL, SMALL_LEN, address, inputs, line, long, mirror, outputs, start_up,
+};
 
 /// The two masters of a full bus: 127 addresses are needed and a real bus has 126, so the second has 126 here.
 fn two_masters() -> [(Master, core::ops::RangeInclusive<u8>); 2] {
@@ -306,11 +305,11 @@ impl Participant for Settler {
         self.1
     }
     fn set_baud(&mut self, _: BaudRate) {}
-    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, _: &mut dyn FnMut(StationEvent)) {
+    fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>, _: &mut dyn FnMut(StationEvent)) {
         let Telegram::Data(data) = telegram else { return };
         match data.data.last() {
             Some(new) => *self = Self::at(*new),
-            None => drop(self.0.receive(now, telegram)),
+            None => drop(self.0.handle_telegram(now, telegram)),
         }
     }
     fn handle_timeout(&mut self, _: Instant, _: &mut dyn FnMut(StationEvent)) {}

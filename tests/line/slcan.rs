@@ -51,7 +51,7 @@ fn base(number: u16) -> Id {
 impl CanParticipant for Node {
     type Event = ();
 
-    fn receive(&mut self, _: Instant, frame: &Frame) {
+    fn handle_frame(&mut self, _: Instant, frame: &Frame) {
         match (frame.id(), frame.content()) {
             (id, Content::Data(&[0x81, node]))
                 if id == base(0) && (node == 0 || u16::from(node) == self.number) =>

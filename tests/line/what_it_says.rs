@@ -8,7 +8,7 @@ use profidrive::profibus::fdl::{Address, FunctionCode, ReplyStatus, Service};
 use profidrive::time::Instant;
 
 use crate::hints::Line;
-use crate::said::{Row, compare};
+use crate::sentences::{Row, compare};
 use crate::telegrams::telegram;
 
 fn row<'a>(id: &'a str, done: &'a str, act: impl FnOnce() -> Vec<String> + 'a) -> Row<'a> {

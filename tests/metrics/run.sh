@@ -9,7 +9,7 @@
 set -euo pipefail
 here=$(realpath "$(dirname "${BASH_SOURCE[0]}")")
 root=$(realpath "$here/../..")
-. "$here/../emulator.sh"
+. "$here/../helpers/emulator.sh"
 
 [[ $# -eq 1 ]] || cannot "usage: $0 PATH-OF-PROFIDRIVE"
 emulator=$(program "$1")
@@ -24,7 +24,7 @@ fi
 
 # A link whose name must be escaped.
 link="$work/a \"bus\" of \\mine"
-cat >"$work/plant.toml" <<END
+cat >"$work/line.toml" <<END
 metrics = "127.0.0.1:0"
 [[line]]
 link = 'pty:$link'
@@ -39,7 +39,7 @@ address = 7
 link = "slcan-tcp:127.0.0.1:0"
 node = [{ id = 5 }, { id = 6, device = "ap10" }, { id = 7, device = "asda-a2" }]
 END
-start_emulator "$emulator" --line "$work/plant.toml"
+start_emulator "$emulator" --line "$work/line.toml"
 # The parser of others and nothing else: what the numbers are, tests/command/metrics.rs compares.
 "$venv/bin/python" "$here/check.py" "$(sed -n '1s/.* metrics=//p' "$work/ready")" "$link"
 stop_emulator

@@ -9,7 +9,7 @@
 # live stream, which does not end.
 set -euo pipefail
 here=$(realpath "$(dirname "${BASH_SOURCE[0]}")")
-. "$here/../emulator.sh"
+. "$here/../helpers/emulator.sh"
 
 [[ $# -eq 1 ]] || cannot "usage: $0 PATH-OF-PROFIDRIVE"
 emulator=$(program "$1")

@@ -6,7 +6,7 @@ use profidrive::devices::ap10;
 use profidrive::devices::ap10::canopen::Quirks;
 use profidrive::devices::ap10::{Arrow, Fault, Key};
 
-use crate::ap10_device::Rig;
+use crate::ap10_node::Rig;
 
 #[test]
 fn leds_and_arrows_show_the_way() {

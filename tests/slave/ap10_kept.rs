@@ -7,7 +7,7 @@ use profidrive::devices::CanopenDevice;
 use profidrive::devices::ap10::canopen::{Ap10, Config, Quirks};
 use profidrive::devices::ap10::{Fault, Key, Light, Turns};
 
-use crate::ap10_device::Rig;
+use crate::ap10_node::Rig;
 
 const RANGE: u32 = 0x0609_0030;
 

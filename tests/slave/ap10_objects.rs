@@ -7,7 +7,7 @@ use profidrive::can_bus::canopen::{Address, DataType, NodeId, eds};
 use profidrive::devices::CanopenDevice;
 use profidrive::devices::ap10::canopen::{EDS, OBJECTS, Quirks, SdoCodes, SoftwareVersion};
 
-use crate::ap10_device::Rig;
+use crate::ap10_node::Rig;
 
 const RANGE: u32 = 0x0609_0030;
 
@@ -25,7 +25,7 @@ struct Row {
 }
 
 fn rows() -> Vec<Row> {
-    let text = include_str!("../ap10_device/objects.tsv");
+    let text = include_str!("../helpers/ap10_node/objects.tsv");
     let rows = text.lines().skip(1).map(|line| {
         let cells: Vec<&str> = line.split('\t').collect();
         let hex = |text| u16::from_str_radix(text, 16).unwrap();

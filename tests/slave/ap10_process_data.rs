@@ -5,7 +5,7 @@ use profidrive::devices::CanopenDevice;
 use profidrive::devices::ap10::canopen::Quirks;
 use profidrive::devices::ap10::{Key, StatusBit};
 
-use crate::ap10_device::Rig;
+use crate::ap10_node::Rig;
 
 /// The bits of a status word.
 fn word(bits: &[StatusBit]) -> u16 {

@@ -5,7 +5,7 @@ use profidrive::devices::CanopenDevice;
 use profidrive::devices::ap10::{Fault, Key};
 use proptest::prelude::*;
 
-use crate::ap10_device::Rig;
+use crate::ap10_node::Rig;
 
 #[derive(Clone, Debug)]
 enum Step {

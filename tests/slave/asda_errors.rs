@@ -8,7 +8,7 @@ use profidrive::devices::asda_a2::canopen::Quirks;
 use profidrive::devices::asda_a2::inputs::Closed;
 use profidrive::devices::asda_a2::{Alarm, Config, Effect, Inputs};
 
-use crate::asda::{NODE, Rig, millis};
+use crate::asda_a2_node::{NODE, Rig, millis};
 
 /// Guards the node once, then never again.
 fn guard(rig: &mut Rig) {

@@ -5,7 +5,7 @@ use profidrive::devices::asda_a2::canopen::Quirks;
 use profidrive::devices::asda_a2::plant::INCREMENTS_PER_REVOLUTION;
 use profidrive::devices::asda_a2::{Axis, Config, Inputs, Level, Switches};
 
-use crate::asda::{NODE, Rig, millis};
+use crate::asda_a2_node::{NODE, Rig, millis};
 
 const REACHED: u16 = 1 << 10;
 const BIT_12: u16 = 1 << 12;

@@ -7,10 +7,10 @@ use profidrive::can_bus::canopen::{Address, NodeId};
 use profidrive::devices::asda_a2::Level;
 use profidrive::devices::asda_a2::canopen::AsdaA2;
 
-use crate::asda::{NODE, Rig, millis};
+use crate::asda_a2_node::{NODE, Rig, millis};
 
 /// `canopen-od.tsv`, rows of the ASDA-A2: index, sub, type, access, default, lowest, highest, mapping, kept.
-const TABLE: &str = include_str!("../asda/objects.tsv");
+const TABLE: &str = include_str!("../helpers/asda_a2_node/objects.tsv");
 
 const READ_ONLY: u32 = 0x0601_0002;
 const RANGE: u32 = 0x0609_0030;

@@ -6,7 +6,7 @@ use profidrive::devices::CanopenDevice;
 use profidrive::devices::asda_a2::canopen::{AsdaA2, Quirks};
 use profidrive::devices::asda_a2::{Alarm, Config, Inputs, Level};
 
-use crate::asda::{NODE, Rig, millis};
+use crate::asda_a2_node::{NODE, Rig, millis};
 
 #[test]
 fn ds_01_full_can_open_goes_state_by_state() {

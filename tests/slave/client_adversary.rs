@@ -1,11 +1,11 @@
 //! `PkwClient` against a slave that does its worst: no wrong value is reported as a success, no job is executed twice,
 //! nothing hangs beyond the stated limit.
 
-use crate::adversary;
 use crate::long;
+use crate::pkw_adversary;
 
-use adversary::{Adversary, Corrupted, Exchange};
 use long::cases;
+use pkw_adversary::{Adversary, Corrupted, Exchange};
 use profidrive::client::{Images, Job, Outcome, PkwClient, PkwError, Profile, Reply};
 use profidrive::devices::ag03::param::{Pnu, Subindex, Value, Width};
 use profidrive::profibus::ppo::Pkw;

@@ -1,12 +1,11 @@
 //! `DriveClient` against the emulated drives, exchange by exchange: every goal, the control words it takes, and what it
 //! says when the drive refuses.
 
-use crate::drive_rig;
-
-use drive_rig::{MODELS, Rig};
 use profidrive::client::{Goal, GoalError, Job, Limits, Obstacle, Reply};
 use profidrive::devices::ag03::drive::{Direction, Fault, Inputs};
 use profidrive::devices::ag03::param::{Model, Pnu, Value, Width};
+
+use crate::drive_rig::{MODELS, Rig};
 
 #[test]
 fn a_day_of_a_positioning_drive_with_the_words_of_the_flow_chart() {

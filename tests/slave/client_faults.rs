@@ -1,11 +1,11 @@
 //! `PkwClient` against the emulated drives behind a link that corrupts telegrams.
 
-use crate::common;
+use crate::drive_line;
 use crate::long;
 
 use std::time::Duration;
 
-use common::{CFG, IDENT, MASTER, SLAVE, telegram};
+use drive_line::{CFG, IDENT, MASTER, SLAVE, telegram};
 use long::cases;
 use profidrive::client::{Images, Job, PkwClient, PkwError, Profile, Reply};
 use profidrive::devices::ag03::param::{Model, Parameter, Pnu, Subindex, Value, Width};

@@ -1,13 +1,13 @@
 //! `DriveClient` over images that are late by any time, with goals that replace each other at any exchange, while the
 //! world around the drive changes and the drive reads its manual in any way.
 
-use crate::common;
+use crate::drive_line;
 use crate::long;
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use common::{Line, SLAVE};
+use drive_line::{Line, SLAVE};
 use long::cases;
 use profidrive::client::{Ag03Channel, DriveClient, Goal, GoalError, GoalOutcome, Job, Limits};
 use profidrive::devices::ag03::drive::{Direction, Fault, Inputs};

@@ -1,15 +1,14 @@
 //! `DriveClient` and the motion of the shaft: nothing turns again by itself, what is done stands or turns as promised,
 //! and a goal replaces another at any exchange.
 
-use crate::drive_rig;
-
 use std::time::Duration;
 
-use drive_rig::{MODELS, Rig};
 use profidrive::client::{Goal, GoalError, Job, Limits, NotSubmitted, Obstacle, Reply};
 use profidrive::devices::ag03::drive::{Direction, Fault, Inputs};
 use profidrive::devices::ag03::param::{Model, Pnu, Value, Width};
 use profidrive::profibus::ppo;
+
+use crate::drive_rig::{MODELS, Rig};
 
 /// Takes the enable input or the supply of the output stage away and gives it back, and nothing may turn then.
 fn lose_and_return(rig: &mut Rig) {

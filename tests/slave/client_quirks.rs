@@ -1,12 +1,11 @@
 //! `DriveClient` and drives that read their manual otherwise (`docs/quirks.md`): a day's work with each of the values.
 
-use crate::drive_rig;
-
-use drive_rig::{MODELS, Rig};
 use profidrive::client::{Goal, GoalError, Obstacle};
 use profidrive::devices::ag03::drive::{Direction, Fault, Inputs};
 use profidrive::devices::ag03::param::{Model, Value};
 use profidrive::devices::ag03::profibus::QUIRKS;
+
+use crate::drive_rig::{MODELS, Rig};
 
 /// Travels in both directions, to where it is, refused ones, interrupted ones; inching; velocities; a fault.
 fn work(rig: &mut Rig) {

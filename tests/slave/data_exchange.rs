@@ -1,13 +1,13 @@
 //! Data_Exchange, RD_Inp, RD_Outp, Global_Control and the watchdog (`dp-v0.md` 13: X, S, W).
 
-use crate::common;
-
 use std::time::Duration;
 
-use common::{CFG, IDENT, Line, MASTER, RR, RS, Reply, SLAVE};
 use profidrive::devices::StationEvent;
 use profidrive::profibus::dp;
 use profidrive::profibus::dp::State;
+
+use crate::drive_line;
+use crate::drive_line::{CFG, IDENT, Line, MASTER, RR, RS, Reply, SLAVE};
 
 const OTHER: u8 = 3;
 /// STW 000B: ON, no OFF2, enable operation.
@@ -288,9 +288,9 @@ fn w_03_only_telegrams_of_the_owner_to_this_slave_feed_the_watchdog() {
     let fed: [(&str, Feed, bool); 6] = [
         ("Slave_Diag of the owner", |line| assert_eq!(line.diagnosis(MASTER)[3], MASTER), true),
         ("Data_Exchange of the owner", |line| assert_eq!(line.exchange(&ENABLE).len(), 14), true),
-        ("FDL status of the owner", |line| drop(line.send(&common::hex("10 05 02 49 50 16"))), false),
+        ("FDL status of the owner", |line| drop(line.send(&drive_line::hex("10 05 02 49 50 16"))), false),
         ("Slave_Diag of another master", |line| assert_eq!(line.diagnosis(OTHER)[4], 0x0A), false),
-        ("the owner to another slave", |line| drop(line.send(&common::hex("10 06 02 49 51 16"))), false),
+        ("the owner to another slave", |line| drop(line.send(&drive_line::hex("10 06 02 49 51 16"))), false),
         ("a broadcast of the owner", |line| line.global_control(0, 0), false),
     ];
     for (what, feed, alive) in fed {

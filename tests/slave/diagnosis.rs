@@ -2,11 +2,11 @@
 
 #[path = "../../examples/io_station.rs"]
 mod io_station;
-use crate::slave_line;
-
 use profidrive::profibus::dp::ext_diag::{Block, Channel, ChannelError, Direction, ExtDiag, Width};
 use profidrive::profibus::dp::{Description, Policy};
-use slave_line::{Answer, IO, MASTER, OTHER, PRM, SlaveLine, accepting};
+
+use crate::slave_line;
+use crate::slave_line::{Answer, IO, MASTER, OTHER, PRM, SlaveLine, accepting};
 
 fn short_circuit() -> ExtDiag {
     let mut diagnosis = ExtDiag::fault();

@@ -3,8 +3,6 @@
 //! The table is `docs/dp-states.txt`. After a change that is meant, `UPDATE_DP_STATES=1 cargo test --test slave dp_states`
 //! writes it anew; the difference is then read in the commit.
 
-use crate::slave_line;
-
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
@@ -12,7 +10,10 @@ use std::path::Path;
 use profidrive::profibus::dp::policy::ApplicationReady;
 use profidrive::profibus::dp::{CfgTicket, Policy, State, Station, StoredAddress};
 use profidrive::profibus::fdl::{Address, FrameCount, FunctionCode, Service};
-use slave_line::{ACCEPTS, Answer, BAUD, CFG, IO, MASTER, OTHER, PRM, SLAVE, SlaveLine, answer, telegram};
+
+use crate::slave_line::{
+    ACCEPTS, Answer, BAUD, CFG, IO, MASTER, OTHER, PRM, SLAVE, SlaveLine, answer, telegram,
+};
 
 /// Lock with Sync and Freeze.
 const LOCK: [u8; 7] = [0xB0, 1, 1, 11, 0x12, 0x34, 0];

@@ -1,15 +1,14 @@
 //! What ZSW, HIW and the parameters show while the shaft brakes, catches up, is blocked or runs out: every model and
 //! gear, at several ramps.
 
-use crate::common;
-
 use std::time::Duration;
 
-use common::Line;
 use profidrive::devices::ag03::drive::Inputs;
 use profidrive::devices::ag03::param::{Gear, Model};
 use profidrive::devices::ag03::profibus::{Config, Timing};
 use profidrive::profibus::fdl::Address;
+
+use crate::drive_line::Line;
 
 const READ_SSW: [u16; 4] = [0x13FC, 0, 0, 0];
 const READ_GENERAL_STATUS: [u16; 4] = [0x1407, 0, 0, 0];

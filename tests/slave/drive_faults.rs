@@ -1,14 +1,14 @@
 //! Every fault and warning of the manual (chapter 5), provoked by what causes it and seen from the bus.
 
-use crate::common;
-
 use std::time::Duration;
 
-use common::Line;
 use profidrive::devices::ag03::drive::{Fault, Inputs, StatusLed, leds};
 use profidrive::devices::ag03::param::{Gear, Model};
 use profidrive::devices::ag03::profibus::{Config, Leds, Timing};
 use profidrive::profibus::fdl::Address;
+
+use crate::drive_line;
+use crate::drive_line::Line;
 
 const FAULT: u16 = 0x0008;
 const TURN_ON_DISABLED: u16 = 0x0040;
@@ -97,8 +97,8 @@ impl Drive {
     }
 
     fn diagnosis(&mut self) -> Vec<u8> {
-        match self.line.request(common::MASTER, Some(60), &[]) {
-            common::Reply::Data(octets) => octets,
+        match self.line.request(drive_line::MASTER, Some(60), &[]) {
+            drive_line::Reply::Data(octets) => octets,
             other => panic!("{other:?}"),
         }
     }

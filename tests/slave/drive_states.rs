@@ -1,14 +1,14 @@
 //! The control and status words from the bus: chart 13 of the manual for positioning (`ag03.md` 5 and 7).
 
-use crate::common;
-
 use std::time::Duration;
 
-use common::{IDENT, Line, MASTER};
 use profidrive::devices::ag03::drive::{Fault, Inputs};
 use profidrive::devices::ag03::param::Parameter;
 use profidrive::devices::ag03::unit;
 use profidrive::face::EventKind;
+
+use crate::drive_line;
+use crate::drive_line::{IDENT, Line, MASTER};
 
 /// Mask and value of the printed patterns (`ag03.md` 5).
 const READY_TO_RUN: (u16, u16) = (0xAB6F, 0x2B23);
@@ -194,7 +194,7 @@ fn row_50_leaving_data_exchange_takes_the_enable_away() {
     drive.line.start_up_with(&prm);
     drive.enable();
     drive.line.request(MASTER, Some(61), &prm);
-    drive.line.request(MASTER, Some(62), &common::CFG);
+    drive.line.request(MASTER, Some(62), &drive_line::CFG);
     let first = drive.line.exchange(&[0, 0, 0, 0, 0, 0, 0, 0, 0x00, 0x7B, 0, 0, 0, 100]);
     let zsw = u16::from_be_bytes([first[8], first[9]]);
     assert_eq!(zsw & 0x0004, 0, "not enabled by what was before: {zsw:04X}");

@@ -1,8 +1,6 @@
 //! Slaves unlike the drives: lengths up to 244, Fail_Safe, DP-V1 octets, user parameters, a slow application
 //! (`dp-v0.md` 13).
 
-use crate::slave_line;
-
 use std::time::Duration;
 
 use profidrive::profibus::dp::application::Expected;
@@ -16,7 +14,9 @@ use profidrive::profibus::fdl::telegram::Format;
 use profidrive::profibus::fdl::{Address, DataTelegram, FrameCount, FunctionCode, Sap, Service};
 use profidrive::time::Instant;
 use proptest::prelude::*;
-use slave_line::{
+
+use crate::slave_line;
+use crate::slave_line::{
     ACCEPTS, Answer, BAUD, CFG, IO, MASTER, OTHER, PRM, RS, SLAVE, SlaveLine, accepting, hex, telegram,
 };
 
@@ -50,8 +50,8 @@ fn x_08_no_exchange_and_no_look_in_between_sees_half_a_pattern() {
         for (step, chunk) in octets.chunks(1 + round % 50).enumerate() {
             line.station.set_inputs(&[(step % 256) as u8; 244]);
             assert!(uniform(line.station.slave().outputs()), "round {round}");
-            framer.receive(line.now, chunk, |at, result| {
-                let _outcome = line.station.receive(at, &result.unwrap());
+            framer.handle_bytes(line.now, chunk, |at, result| {
+                let _outcome = line.station.handle_telegram(at, &result.unwrap());
             });
         }
         assert_eq!(line.station.slave().outputs(), pattern);
@@ -357,8 +357,8 @@ fn f_10_of_two_requests_without_pause_the_second_is_answered_or_none() {
             now = now.saturating_add(BAUD.bit_times(gap));
             now = now.saturating_add(BAUD.octet_times(octets.len() as u32));
             let station = &mut station.station;
-            framer.receive(now, octets, |at, result| {
-                let _outcome = station.receive(at, &result.unwrap());
+            framer.handle_bytes(now, octets, |at, result| {
+                let _outcome = station.handle_telegram(at, &result.unwrap());
             });
         }
         while let Some(due) = station.station.poll_timeout() {

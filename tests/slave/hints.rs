@@ -8,8 +8,8 @@ use profidrive::devices::ag03::profibus::Config;
 use profidrive::devices::ag03::profibus::hint::PAUSE;
 use profidrive::face::EventKind;
 
-use crate::common::{CFG, IDENT, MASTER, Reply};
-use crate::told::{CYCLE, PRM, Told, address};
+use crate::drive_line::{CFG, IDENT, MASTER, Reply};
+use crate::drive_log::{CYCLE, PRM, Told, address};
 
 /// Change PNU 1004 (v-Pos), a word, to 50; and PNU 1005 likewise.
 const V_POS: [u8; 8] = [0x23, 0xEC, 0, 0, 0, 0, 0, 50];

@@ -8,25 +8,25 @@
     reason = "a test may panic, and has std"
 )]
 
-#[path = "../adversary/mod.rs"]
-mod adversary;
-#[path = "../ag03_node/mod.rs"]
+#[path = "../helpers/ag03_node.rs"]
 mod ag03_node;
-#[path = "../ap10_device/mod.rs"]
-mod ap10_device;
-#[path = "../asda/mod.rs"]
-mod asda;
-#[path = "../common/mod.rs"]
-mod common;
-#[path = "../drive_rig/mod.rs"]
+#[path = "../helpers/ap10_node/mod.rs"]
+mod ap10_node;
+#[path = "../helpers/asda_a2_node/mod.rs"]
+mod asda_a2_node;
+#[path = "../helpers/drive_line.rs"]
+mod drive_line;
+#[path = "../helpers/drive_rig.rs"]
 mod drive_rig;
-#[path = "../long/mod.rs"]
+#[path = "../helpers/long.rs"]
 mod long;
-#[path = "../said/mod.rs"]
-mod said;
-#[path = "../slave_line/mod.rs"]
+#[path = "../helpers/pkw_adversary.rs"]
+mod pkw_adversary;
+#[path = "../helpers/sentences.rs"]
+mod sentences;
+#[path = "../helpers/slave_line.rs"]
 mod slave_line;
-#[path = "../telegrams/mod.rs"]
+#[path = "../helpers/telegrams.rs"]
 mod telegrams;
 
 mod ap10_display;
@@ -65,8 +65,8 @@ mod diagnosis;
 mod dp_states;
 mod drive_behaviour;
 mod drive_faults;
+mod drive_log;
 mod drive_states;
-mod facts;
 mod fuzz_corpus;
 mod generic_slave;
 mod gsd;
@@ -77,6 +77,7 @@ mod layers;
 mod modular;
 mod names;
 mod node_quirks;
+mod one_place_per_fact;
 mod oracle;
 #[cfg(feature = "std")]
 mod own_drive;
@@ -92,7 +93,6 @@ mod robustness;
 mod set_address;
 mod startup;
 mod story;
-mod told;
 mod travel_pictures;
 mod what_it_says;
 

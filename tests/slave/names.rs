@@ -86,7 +86,8 @@ fn a_name_of_a_schema_stands_once() {
     let mut places = BTreeMap::<String, Vec<String>>::new();
     for file in files_of("panel") {
         let text = fs::read_to_string(&file).unwrap();
-        for (_, rest) in text.match_indices("ToSchema)]").map(|(at, found)| text[at..].split_at(found.len()))
+        for (_, rest) in
+            text.match_indices("derive(utoipa::ToSchema)").map(|(at, found)| text[at..].split_at(found.len()))
         {
             let item = rest.lines().find_map(|line| line.split_once("struct ").or(line.split_once("enum ")));
             let name = item.unwrap().1.split(|letter: char| !letter.is_alphanumeric()).next().unwrap();

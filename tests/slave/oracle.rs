@@ -5,12 +5,9 @@
 //! accepts and we refuse is one of [`Stricter`]. `PROFIDRIVE_LONG` draws a hundred times as many cases, and
 //! `PROPTEST_CASES` any number.
 
-use crate::long;
-
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
-use long::long;
 use profidrive::profibus::fdl::telegram::{Decoded, Format, decode};
 use profidrive::profibus::fdl::{
     Address, DataTelegram, FrameError, Function, FunctionCode, MAX_TELEGRAM_LEN, Sap, Telegram,
@@ -20,6 +17,8 @@ use profirust::fdl as theirs;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
+
+use crate::long::long;
 
 /// Why we refuse what profirust accepts: each a rule of the format that it does not check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

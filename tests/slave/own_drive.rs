@@ -31,7 +31,7 @@ fn ask(drive: &mut OwnDrive, now: &mut Instant, sap: Option<u8>, data: &[u8]) ->
     let mut buf = [0; 255];
     let octets = request.encode(&mut buf).unwrap();
     let Decoded::Telegram { telegram, .. } = decode(octets) else { panic!("{octets:02X?}") };
-    drive.receive(*now, &telegram, &mut |_| {});
+    drive.handle_telegram(*now, &telegram, &mut |_| {});
     *now = drive.poll_timeout().unwrap_or(*now);
     let mut reply = [0; MAX_TELEGRAM_LEN];
     let len = drive.poll_transmit(*now, &mut reply, &mut |_| {}).unwrap();

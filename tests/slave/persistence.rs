@@ -1,10 +1,7 @@
 //! What survives power-off and what does not, and when a write is acknowledged, at the bus.
 
-use crate::common;
-
 use std::time::Duration;
 
-use common::{Line, MASTER, Reply};
 use profidrive::devices::ag03::drive::{Fault, Inputs};
 use profidrive::devices::ag03::param::{DefaultSet, Gear, Model, Parameter, parameters};
 use profidrive::devices::ag03::profibus::dip::Terminator;
@@ -17,6 +14,9 @@ use profidrive::profibus::dp;
 use profidrive::profibus::fdl::Address;
 use profidrive::profibus::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
 use proptest::prelude::*;
+
+use crate::drive_line;
+use crate::drive_line::{Line, MASTER, Reply};
 
 mod switches;
 
@@ -168,7 +168,11 @@ fn a_drive_without_supply_is_silent_and_wakes_up_as_row_1_says() {
 
     line.device.power_on(line.now);
     assert_eq!(line.device.dp_state(), dp::State::WaitPrm);
-    assert_eq!(line.request(MASTER, None, &outputs(Pkw::ZERO, ENABLE, 0)), common::RS, "no Data_Exchange");
+    assert_eq!(
+        line.request(MASTER, None, &outputs(Pkw::ZERO, ENABLE, 0)),
+        drive_line::RS,
+        "no Data_Exchange"
+    );
     assert_eq!(line.diagnosis(MASTER), [0x02, 0x05, 0x00, 0xFF, 0x0A, 0xC5], "waits for parameters");
     line.start_up();
     let (reply, zsw, _) = exchange(&mut line, Pkw::ZERO, 0, 0);

@@ -1,17 +1,16 @@
 //! The parameter channel from the bus: the worked telegrams of the manual (chapter 7.6) and the vectors of
 //! `ag03.md` 2.5 and 2.6, octet for octet.
 
-use crate::common;
-
 use std::time::Duration;
 
-use common::{Line, hex};
 use profidrive::devices::StationEvent;
 use profidrive::devices::ag03::drive::{Fault, Inputs};
 use profidrive::devices::ag03::param::{Model, Parameter};
 use profidrive::devices::ag03::profibus::{ApplicationCycle, Config, Device, Event, Timing};
 use profidrive::profibus::fdl::Address;
 use profidrive::profibus::pkw;
+
+use crate::drive_line::{Line, hex};
 
 /// STW 000B and 003B with a PKW job before them.
 const ENABLE: u16 = 0x000B;

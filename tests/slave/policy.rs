@@ -1,7 +1,5 @@
 //! Every field of [`Policy`]: what the default does, and what the others do (`dp-v0.md` 16).
 
-use crate::slave_line;
-
 use std::time::Duration;
 
 use profidrive::profibus::dp::policy::{
@@ -12,7 +10,9 @@ use profidrive::profibus::dp::{Description, Event, Fixed, Policy, State, Station
 use profidrive::profibus::fdl;
 use profidrive::profibus::fdl::station::NotOffered;
 use profidrive::profibus::fdl::{FrameCount, FunctionCode, Service};
-use slave_line::{
+
+use crate::slave_line;
+use crate::slave_line::{
     ACCEPTS, Answer, BAUD, CFG, IO, MASTER, OTHER, PRM, RR, RS, SLAVE, SlaveLine, accepting, telegram,
 };
 

@@ -1,13 +1,10 @@
 //! The quirks: every one is documented, and those of the bus have both their values tried.
 
-use crate::common;
-
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
-use common::Line;
 use profidrive::devices::ag03;
 use profidrive::devices::ag03::param::Model;
 use profidrive::devices::ag03::profibus::{Config, DipSwitches, QUIRKS, Timing};
@@ -15,6 +12,9 @@ use profidrive::devices::ap10;
 use profidrive::devices::asda_a2;
 use profidrive::face::Quirk;
 use profidrive::profibus::fdl::Address;
+
+use crate::drive_line;
+use crate::drive_line::Line;
 
 /// A drive in Data_Exchange with a quirk.
 struct Drive {
@@ -33,7 +33,7 @@ impl Drive {
 
     /// Job words in, reply words out.
     fn job(&mut self, text: &str) -> String {
-        let mut outputs = common::hex(
+        let mut outputs = drive_line::hex(
             &text
                 .replace(' ', "")
                 .as_bytes()

@@ -1,16 +1,16 @@
 //! Damaged telegrams, noise and any cutting of the octets (`dp-v0.md` 13: F).
 
-use crate::common;
-
 use std::time::Duration;
 
-use common::{Line, MASTER, Reply, hex};
 use profidrive::devices::ag03::drive::Inputs;
 use profidrive::devices::ag03::profibus::{Config, DESCRIPTION, Device, MAX_TELEGRAM_LEN, Timing};
 use profidrive::profibus::dp::State;
 use profidrive::profibus::fdl::Address;
 use profidrive::time::Instant;
 use proptest::prelude::*;
+
+use crate::drive_line;
+use crate::drive_line::{Line, MASTER, Reply, hex};
 
 /// Requests of all kinds to station 5, each of which is answered or has an effect.
 const REQUESTS: [&str; 9] = [
@@ -126,8 +126,8 @@ fn f_22_our_own_echo_is_not_answered() {
 fn f_21_the_longest_requests_are_handled() {
     let mut line = Line::new();
     assert_eq!(line.request(MASTER, Some(61), &[0x80; 244]), Reply::Sc);
-    assert_eq!(line.request(MASTER, Some(60), &[0; 244]), common::RR);
-    assert_eq!(line.request(MASTER, None, &[0; 246]), common::RS);
+    assert_eq!(line.request(MASTER, Some(60), &[0; 244]), drive_line::RR);
+    assert_eq!(line.request(MASTER, None, &[0; 246]), drive_line::RS);
 }
 
 #[test]

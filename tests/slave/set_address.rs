@@ -1,10 +1,10 @@
 //! Set_Slave_Add: a master gives a slave its address (`dp-v0.md` 6.4 and 13: A, N-03, C-05).
 
-use crate::slave_line;
-
 use profidrive::profibus::dp::{AddressFault, Description, Event, Policy, State, Station, StoredAddress};
 use profidrive::profibus::fdl::Address;
-use slave_line::{ACCEPTS, Answer, BAUD, IO, MASTER, OTHER, PRM, RS, SLAVE, SlaveLine, answer};
+
+use crate::slave_line;
+use crate::slave_line::{ACCEPTS, Answer, BAUD, IO, MASTER, OTHER, PRM, RS, SLAVE, SlaveLine, answer};
 
 fn address(number: u8) -> Address {
     Address::station(number).unwrap()

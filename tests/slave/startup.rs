@@ -1,14 +1,13 @@
 //! From power-on to Data_Exchange: Set_Prm, Chk_Cfg, Get_Cfg and Slave_Diag (`dp-v0.md` 13: P, G, D).
 
-use crate::common;
-
 use std::time::Duration;
 
-use common::{CFG, IDENT, Line, MASTER, RR, RS, Reply, hex};
 use profidrive::devices::StationEvent;
 use profidrive::devices::ag03::profibus::DESCRIPTION;
 use profidrive::profibus::dp;
 use profidrive::profibus::dp::State;
+
+use crate::drive_line::{CFG, IDENT, Line, MASTER, RR, RS, Reply, hex};
 
 const OTHER: u8 = 3;
 

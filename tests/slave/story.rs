@@ -1,21 +1,20 @@
 //! A whole commissioning as `emulate` logs it at its default level: `docs/story.txt`, line by line.
 
-use crate::{common, told};
-
 use std::fmt::Write;
 use std::fs;
 use std::ops::{Deref, DerefMut};
 use std::path::Path;
 use std::time::Duration;
 
-use common::{CFG, MASTER, Reply};
 use profidrive::devices::StationEvent;
 use profidrive::devices::ag03::drive::{Fault, Inputs, Mode};
 use profidrive::devices::ag03::param::{Pnu, Value};
 use profidrive::devices::ag03::profibus::Event;
 use profidrive::devices::ag03::unit;
 use profidrive::face::EventKind;
-use told::{CYCLE, PRM, Told};
+
+use crate::drive_line::{CFG, MASTER, Reply};
+use crate::drive_log::{CYCLE, PRM, Told};
 
 #[test]
 fn a_commissioning_reads_as_the_committed_story() {

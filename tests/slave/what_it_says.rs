@@ -1,6 +1,6 @@
 //! Ways to fail at a drive in virtual time, and the words that appear: sections of `docs/what-it-says.md`.
 
-use crate::said::Row;
+use crate::sentences::Row;
 
 #[cfg(feature = "std")]
 mod bus_hints;

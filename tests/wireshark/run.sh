@@ -18,7 +18,7 @@ readonly KILL_AFTER=2000     # telegrams in the log of the master when the emula
 readonly GARBAGE=(4000 2611) # packets and seed
 
 here=$(realpath "$(dirname "${BASH_SOURCE[0]}")")
-. "$here/../emulator.sh"
+. "$here/../helpers/emulator.sh"
 
 [[ $# -eq 1 || $# -eq 2 && $2 == --update ]] || cannot "usage: $0 PATH-OF-PROFIDRIVE [--update]"
 emulator=$(program "$1")

@@ -118,7 +118,9 @@ impl fmt::Display for Event {
             Self::Emergency { code, register } => {
                 write!(f, "EMCY {code:04X}h sent, error register {register:02X}h")
             }
-            Self::LifeGuardingExpired => f.write_str("no guarding request for the life time"),
+            Self::LifeGuardingExpired => {
+                f.write_str("node guarding lost: no guarding request within the life time (100Ch x 100Dh)")
+            }
             Self::LifeGuardingBack => f.write_str("guarding requests come again"),
             Self::HeartbeatLost(node) => write!(f, "heartbeat of node {node} is missing"),
             Self::HeartbeatBack(node) => write!(f, "heartbeat of node {node} is back"),

@@ -1,8 +1,8 @@
-//! Faults on purpose, for people who test masters: a layer between a node and the bus that spoils what the node sends
+//! Faults on purpose, for people who test masters: a layer between a node and the bus that changes what the node sends
 //! (`canopen-link.md` 15).
 //!
 //! ```text
-//! Node ──frame──▶ the first fault that is for it and injected now ──▶ spoiled ──▶ bus
+//! Node ──frame──▶ the first fault that is for it and injected now ──▶ changed ──▶ bus
 //! ```
 //!
 //! A node that vanishes and returns, and one that leaves OPERATIONAL by itself, is asked for as an [`Action`], which the
@@ -31,25 +31,25 @@ pub const MAX_FAULTS: usize = 32;
 /// What goes wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// A boot-up frame is spoiled.
+    /// What happens to a boot-up frame.
     BootUp(BootUpFault),
-    /// An SDO answer is spoiled.
+    /// What happens to an SDO answer.
     Sdo(SdoFault),
-    /// A heartbeat is spoiled.
+    /// What happens to a heartbeat.
     Heartbeat(HeartbeatFault),
     /// Bit 7 of a guarding answer is 0.
     GuardingToggleStuck,
-    /// A TPDO is spoiled.
+    /// What happens to a TPDO.
     Tpdo(TpdoFault),
     /// EMCY FF00h once in this period; each period is an occasion.
-    EmcyStorm(Duration),
+    EmcyEach(Duration),
     /// The node goes to PRE-OPERATIONAL by itself, behind a TPDO.
     LeaveOperational,
     /// The supply fails for so long. Each frame of the node is an occasion; it is not sent.
     BrownOut(Duration),
 }
 
-/// How boot-up is spoiled.
+/// What happens to a boot-up frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BootUpFault {
     /// It is not sent.
@@ -58,7 +58,7 @@ pub enum BootUpFault {
     Twice,
 }
 
-/// How an SDO answer is spoiled.
+/// What happens to an SDO answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SdoFault {
     /// Sent so much later.
@@ -75,7 +75,7 @@ pub enum SdoFault {
     Abort(Abort),
 }
 
-/// How a heartbeat is spoiled.
+/// What happens to a heartbeat.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HeartbeatFault {
     /// It comes so much later. Every second heartbeat is an occasion.
@@ -86,12 +86,12 @@ pub enum HeartbeatFault {
     Stuck(u8),
 }
 
-/// How a TPDO is spoiled.
+/// What happens to a TPDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TpdoFault {
     /// The last octet is missing.
     Short,
-    /// The data of the first one that was spoiled.
+    /// The data of the first TPDO with this fault, for ever.
     Stale,
     /// It is sent behind the next TPDO of the node.
     Swapped,
@@ -113,11 +113,11 @@ pub enum Action {
 #[error("a node has {MAX_FAULTS} faults at most; remove some")]
 pub struct TooMany;
 
-/// Takes the frames of a node and sends them spoiled.
+/// Takes the frames of a node and sends them with the faults that are injected.
 ///
 /// After each call drain [`poll_transmit`](Self::poll_transmit) and [`poll_action`](Self::poll_action).
 #[derive(Clone, Debug)]
-pub struct Spoiler {
+pub struct FaultInjector {
     rules: Vec<Rule, MAX_FAULTS>,
     ready: Deque<Frame, MAX_WAITING>,
     late: Vec<(Instant, Frame), MAX_WAITING>,
@@ -134,10 +134,10 @@ struct Rule {
     number: u32,
     kind: Kind,
     chance: Chance,
-    /// The first data of each TPDO that was spoiled.
+    /// The first data of each TPDO that had this fault.
     stale: [Option<Frame>; MAX_PDOS],
-    /// The next EMCY of a storm.
-    storm: Option<Instant>,
+    /// When the next EMCY of [`Kind::EmcyEach`] is due.
+    next_emcy: Option<Instant>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -149,8 +149,8 @@ enum Supply {
     Failed(Instant),
 }
 
-impl Spoiler {
-    /// Spoils nothing yet.
+impl FaultInjector {
+    /// Without faults.
     pub const fn new() -> Self {
         Self {
             rules: Vec::new(),
@@ -168,8 +168,8 @@ impl Spoiler {
     /// # Errors
     /// [`TooMany`].
     pub fn add(&mut self, now: Instant, number: u32, kind: Kind, when: When) -> Result<(), TooMany> {
-        let storm = matches!(kind, Kind::EmcyStorm(_)).then_some(now.saturating_add(when.from));
-        let rule = Rule { number, kind, chance: Chance::new(when, now), stale: [None; MAX_PDOS], storm };
+        let next_emcy = matches!(kind, Kind::EmcyEach(_)).then_some(now.saturating_add(when.from));
+        let rule = Rule { number, kind, chance: Chance::new(when, now), stale: [None; MAX_PDOS], next_emcy };
         self.rules.push(rule).map_err(|_| TooMany)
     }
 
@@ -180,7 +180,7 @@ impl Spoiler {
 
     /// How often the fault of that number was injected; 0 if there is none.
     pub fn injected(&self, number: u32) -> u32 {
-        self.rules.iter().find(|rule| rule.number == number).map_or(0, |rule| rule.chance.struck())
+        self.rules.iter().find(|rule| rule.number == number).map_or(0, |rule| rule.chance.injected())
     }
 
     /// A frame of [`Node::poll_transmit`].
@@ -198,7 +198,7 @@ impl Spoiler {
             None => self.pass(service, frame),
             Some((Kind::BootUp(BootUpFault::Missing), _)) => {}
             Some((Kind::BootUp(BootUpFault::Twice), _)) => self.send_twice(frame),
-            Some((Kind::Sdo(fault), _)) => self.spoil_sdo(now, fault, frame),
+            Some((Kind::Sdo(fault), _)) => self.change_sdo(now, fault, frame),
             Some((Kind::Heartbeat(HeartbeatFault::Jitter(delay)), _)) => self.send_later(now, delay, frame),
             Some((Kind::Heartbeat(HeartbeatFault::Lost), _)) => {}
             Some((Kind::Heartbeat(HeartbeatFault::Stuck(octet)), _)) => {
@@ -233,11 +233,11 @@ impl Spoiler {
             }
             Some((Kind::BrownOut(time), _)) => self.supply = Supply::Failing(time),
             // Concerns no frame.
-            Some((Kind::EmcyStorm(_), _)) => self.pass(service, frame),
+            Some((Kind::EmcyEach(_), _)) => self.pass(service, frame),
         }
     }
 
-    /// What was delayed, storms, and the supply that returns.
+    /// What was delayed, EMCYs that are due, and the supply that returns.
     pub fn handle_timeout(&mut self, now: Instant, node: &Node) {
         while let Some(place) = self.late.iter().position(|(due, _)| *due <= now) {
             let (_, frame) = self.late.remove(place);
@@ -245,11 +245,11 @@ impl Spoiler {
         }
         let Self { rules, ready, .. } = self;
         for rule in rules {
-            let Kind::EmcyStorm(period) = rule.kind else { continue };
-            if rule.storm.is_none_or(|due| due > now) {
+            let Kind::EmcyEach(period) = rule.kind else { continue };
+            if rule.next_emcy.is_none_or(|due| due > now) {
                 continue;
             }
-            rule.storm = Some(now.saturating_add(period.max(Duration::from_micros(1))));
+            rule.next_emcy = Some(now.saturating_add(period.max(Duration::from_micros(1))));
             if node.state().is_some() && rule.strikes(now) {
                 let id = cob_id::of_node(cob_id::EMCY, node.node_id());
                 let _ = ready.push_back(Frame::with(id, [0x00, 0xFF, 0x81, 0, 0, 0, 0, 0]));
@@ -286,12 +286,12 @@ impl Spoiler {
     /// When [`handle_timeout`](Self::handle_timeout) is to be called.
     pub fn poll_timeout(&self) -> Option<Instant> {
         let late = self.late.iter().map(|(due, _)| *due).min();
-        let storm = self.rules.iter().filter_map(|rule| rule.storm).min();
+        let next_emcy = self.rules.iter().filter_map(|rule| rule.next_emcy).min();
         let supply = match self.supply {
             Supply::Good | Supply::Failing(_) => None,
             Supply::Failed(returns) => Some(returns),
         };
-        Instant::first_of(Instant::first_of(late, storm), supply)
+        Instant::first_of(Instant::first_of(late, next_emcy), supply)
     }
 
     /// A frame goes out; a TPDO that waited for it goes behind it.
@@ -304,7 +304,7 @@ impl Spoiler {
         }
     }
 
-    fn spoil_sdo(&mut self, now: Instant, fault: SdoFault, frame: Frame) {
+    fn change_sdo(&mut self, now: Instant, fault: SdoFault, frame: Frame) {
         let Ok([command, a, b, c, d, e, f, g]) = <[u8; 8]>::try_from(frame.octets()) else { return };
         let id = frame.id();
         match fault {
@@ -335,7 +335,7 @@ impl Spoiler {
     }
 }
 
-impl Default for Spoiler {
+impl Default for FaultInjector {
     fn default() -> Self {
         Self::new()
     }
@@ -367,7 +367,7 @@ impl Kind {
             }
             Self::GuardingToggleStuck => service == Some(Service::Guarding),
             Self::Tpdo(_) | Self::LeaveOperational => matches!(service, Some(Service::Tpdo(_))),
-            Self::EmcyStorm(_) => false,
+            Self::EmcyEach(_) => false,
             Self::BrownOut(_) => true,
         }
     }

@@ -433,7 +433,7 @@ Examples:
   profidrive emulate --drive 5 --station 7,gsd=valves.gsd --station 9,gsd=valves.gsd
   profidrive emulate --ppo-drive 7,ppo=1,parameters=drive.toml
   profidrive emulate --state-dir ~/drives
-  profidrive emulate --line plant.toml
+  profidrive emulate --line line.toml
   profidrive emulate --node 5,device=ap10 --node 6,device=asda-a2 --link slcan-tcp:127.0.0.1:5000
   profidrive emulate --node 5 --node 6,device=ap10 --fault sdo-late=20ms,node=5 --panel 127.0.0.1:8080
   profidrive emulate --capture bus.pcapng

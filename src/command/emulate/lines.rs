@@ -10,14 +10,14 @@ use crate::metrics::{LineMetrics, Metrics, MetricsError, NodeMetrics, PATH};
 use crate::panel::Lines;
 use tracing::{error_span, info, warn};
 
-use super::{LinePlan, PlantPlan, run_line};
+use super::{LinePlan, LinesPlan, run_line};
 use crate::command::Failure;
 use crate::command::args::MetricsSpec;
 use crate::command::signals::Signals;
 
 /// Runs all lines until a signal, or until one of them fails.
-pub(super) fn run(plan: PlantPlan) -> Result<(), Failure> {
-    let PlantPlan { lines: mut plans, metrics } = plan;
+pub(super) fn run(plan: LinesPlan) -> Result<(), Failure> {
+    let LinesPlan { lines: mut plans, metrics } = plan;
     // Before any line, so that a refusal leaves nothing behind.
     let metrics = metrics.as_ref().map(start_metrics).transpose()?;
     let common = Arc::new(Common {

@@ -209,7 +209,7 @@ impl Nodes {
             warn!("{name}: its EEPROM has the node number {id}, which is used");
         }
         // Before it is on the bus: its boot-up is concerned.
-        line.bus().spoil_joining(now, &mut node);
+        line.bus().add_faults_to(now, &mut node);
         let seat = line.add(Box::new(node));
         self.on_bus.push((Seated { seat, product }, id));
         Ok(())

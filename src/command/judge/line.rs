@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::describe;
 use crate::command::emulate::SlavePlan;
-use crate::command::{Failure, plant};
+use crate::command::{Failure, line_file};
 use crate::host::list::{Ground, Prepared};
 use crate::host::{OutputBoard, Refusals};
 use crate::judge::Slave;
@@ -27,7 +27,7 @@ const DEADLINES: u32 = 100;
 /// The stations of the file's line.
 pub(super) fn stations(file: &Path) -> Result<Vec<Slave>, Failure> {
     let usage = |words: &str| Failure::Usage(format!("{}: {words}", file.display()));
-    let mut lines = plant::read(file)?.lines.into_iter().filter(|line| !line.slaves.is_empty());
+    let mut lines = line_file::read(file)?.lines.into_iter().filter(|line| !line.slaves.is_empty());
     match (lines.next(), lines.next()) {
         (None, _) => Err(usage("no line has stations on PROFIBUS")),
         (Some(_), Some(_)) => {
@@ -70,7 +70,7 @@ fn ask(prepared: Prepared, address: Address) -> Result<Option<(u16, Vec<u8>)>, S
     device.set_baud(ground.rate);
     now = now + STARTED;
     device.handle_timeout(now, &mut |_| {});
-    device.receive(now, &Telegram::Data(request), &mut |_| {});
+    device.handle_telegram(now, &Telegram::Data(request), &mut |_| {});
     let mut buf = [0; MAX_TELEGRAM_LEN];
     for _ in 0..DEADLINES {
         if let Some(len) = device.poll_transmit(now, &mut buf, &mut |_| {}) {

@@ -8,9 +8,9 @@ use super::unit::dip::Terminator;
 use super::unit::{DipSwitches, EepromState};
 use crate::face::description::{Amount, Curve, Group, Past, Switches, Value};
 
-/// What is looked at.
+/// A drive as it is now, on either bus.
 #[derive(Clone, Copy)]
-pub(super) struct Looked<'a> {
+pub(super) struct Observed<'a> {
     pub(super) model: Model,
     pub(super) drive: &'a Drive,
     pub(super) status: &'a Status,
@@ -33,7 +33,7 @@ fn tenths(number: impl Into<f64>) -> Amount<'static> {
     Amount::Number(number.into() / 10.0)
 }
 
-impl Looked<'_> {
+impl Observed<'_> {
     /// Each value, the most important first.
     pub(super) fn each_value(&self, tell: &mut dyn FnMut(Value<'_>)) {
         self.each_of_motion(tell);

@@ -12,6 +12,9 @@ use crate::time::Instant;
 
 /// The unit behind a bus: what differs there.
 pub(crate) trait BehindBus: Why + 'static {
+    /// Whether both models are on this bus.
+    const BOTH_MODELS: bool;
+
     /// The unit.
     fn unit(&self) -> &Unit;
 
@@ -87,7 +90,9 @@ impl<T: BehindBus> Surroundings for T {
     }
 
     fn each_lack(&self, name: &str, say: &mut dyn FnMut(&dyn fmt::Display)) {
-        each_lack(self.model(), name, say);
+        if T::BOTH_MODELS {
+            each_lack(self.model(), name, say);
+        }
     }
 
     fn each_key(&self, tell: &mut dyn FnMut(&'static str, bool)) {

@@ -22,7 +22,7 @@ pub struct Inputs {
 }
 
 impl Inputs {
-    /// A motor on a bench.
+    /// A motor without an axis.
     pub const NOMINAL: Self = Self {
         blocked: false,
         load_torque: 0.0,
@@ -51,7 +51,7 @@ impl Default for Inputs {
 /// Where limit and home switches are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Switches {
-    /// A motor on a bench has no axis and can turn without end. For each homing there are switches near where it
+    /// A motor without an axis can turn without end. For each homing there are switches near where it
     /// begins, and none otherwise: limit switches 1.05 revolutions away on both sides, a home switch from 0.1 to 0.2
     /// revolutions ahead (with the methods 3 to 6 and 19 to 22 on one whole side of a position 0.1 revolutions away).
     WhileHoming,

@@ -193,7 +193,7 @@ impl Servo {
     fn switch_off(&mut self) {
         self.clear_targets();
         self.stopping = None;
-        self.bench = None;
+        self.homing_axis = None;
         self.torque_demand = 0.0;
         self.motion = self.motion_of(self.mode);
     }
@@ -264,7 +264,7 @@ impl Servo {
         }
         let was_torque = self.mode == Some(Mode::ProfileTorque);
         self.clear_targets();
-        self.bench = None;
+        self.homing_axis = None;
         if self.state == State::OperationEnabled && self.stopping.is_none() {
             if was_torque {
                 self.demand = Demand { position: self.plant.position, velocity: self.plant.velocity };

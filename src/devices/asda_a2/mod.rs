@@ -157,8 +157,8 @@ pub struct Servo {
     plant: Plant,
     /// Where the user's zero is, increments.
     origin: f64,
-    /// The switches of a homing on a bench.
-    bench: Option<Axis>,
+    /// The switches of a homing of a motor without an axis.
+    homing_axis: Option<Axis>,
     alarms: Vec<Alarm, MAX_ALARMS>,
     error_code: u16,
     /// Warnings whose cause is present.
@@ -194,7 +194,7 @@ impl Servo {
             torque_demand: 0.0,
             plant: Plant::new(config.constants),
             origin: 0.0,
-            bench: None,
+            homing_axis: None,
             alarms: Vec::new(),
             error_code: 0,
             causes: machine::Causes::default(),
@@ -232,7 +232,7 @@ impl Servo {
         self.mode = None;
         self.motion = Motion::Hold;
         self.torque_demand = 0.0;
-        self.bench = None;
+        self.homing_axis = None;
         self.enter_mode();
         self.tell(Event::Restarted);
         self.awake = true;

@@ -119,7 +119,7 @@ impl Servo {
             ramp: acceleration(self.settings.of(Setting::HomingAcceleration)),
         };
         if self.inputs.switches == Switches::WhileHoming {
-            self.bench = Some(Axis::around(self.plant.position, method.home_switch()));
+            self.homing_axis = Some(Axis::around(self.plant.position, method.home_switch()));
         }
         let homing = Homing::begin(method, speeds, self.plant.position, self.switches_closed());
         self.motion = Motion::Homing(HomingState::Running(homing));
@@ -128,7 +128,7 @@ impl Servo {
     /// Position `home` is 607Ch from now on.
     fn home_at(&mut self, home: f64) {
         self.origin = home - self.settings.of(Setting::HomeOffset) as f64 * self.gear();
-        self.bench = None;
+        self.homing_axis = None;
         self.motion = Motion::Homing(HomingState::Attained);
     }
 
@@ -137,7 +137,7 @@ impl Servo {
     }
 
     pub(super) fn switches_closed(&self) -> Closed {
-        let by_position = match (self.inputs.switches, self.bench) {
+        let by_position = match (self.inputs.switches, self.homing_axis) {
             (Switches::Fixed(axis), _) | (Switches::WhileHoming, Some(axis)) => {
                 axis.closed(self.plant.position)
             }
@@ -322,7 +322,7 @@ impl Servo {
             Progress::Running => self.motion = Motion::Homing(HomingState::Running(homing)),
             Progress::Done(home) => self.home_at(home),
             Progress::Failed => {
-                self.bench = None;
+                self.homing_axis = None;
                 self.motion = Motion::Homing(HomingState::Failed);
             }
         }

@@ -79,7 +79,7 @@ impl Network {
             Some(Service::Emcy(node)) => management::emcy(self.node(node), node, frame),
             Some(Service::ErrorControl(node)) => management::error_control(self.node(node), node, frame),
             Some(Service::Tpdo(node, pdo)) => pdo::transmit(self.node(node), node, pdo, frame),
-            Some(Service::Rpdo(node, pdo)) => pdo::receive(self.node(node), node, pdo, frame),
+            Some(Service::Rpdo(node, pdo)) => pdo::rpdo(self.node(node), node, pdo, frame),
             Some(Service::SdoRequest(node)) => sdo::request(self.node(node), node, frame),
             Some(Service::SdoResponse(node)) => {
                 let said = sdo::response(self.node(node), node, frame);

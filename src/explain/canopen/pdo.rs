@@ -19,7 +19,7 @@ pub(super) fn transmit(node: &mut Learned, number: u8, pdo: u8, frame: &Frame) -
 }
 
 /// An RPDO: to the node.
-pub(super) fn receive(node: &mut Learned, number: u8, pdo: u8, frame: &Frame) -> Said {
+pub(super) fn rpdo(node: &mut Learned, number: u8, pdo: u8, frame: &Frame) -> Said {
     if frame.is_remote() {
         let summary = format!("request of RPDO {pdo} of {number}");
         return Said::new("PDO", summary, frame).to(number).ignored("an RPDO is received: no node answers");

@@ -288,7 +288,7 @@ impl Stations {
 
     fn deliver(&mut self, now: Instant, to: Address, telegram: &Telegram<'_>) {
         if self.slot(to).is_some_and(|slot| slot.presence == Presence::Active) {
-            self.call(now, to, |station, news| station.receive(now, telegram, news));
+            self.call(now, to, |station, news| station.handle_telegram(now, telegram, news));
         }
     }
 

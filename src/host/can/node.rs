@@ -1,13 +1,11 @@
 //! A CANopen device on a bus, and the file its EEPROM is kept in.
 
-use core::any::Any;
-
 use super::CanParticipant;
 use super::node_counters::NodeCounters;
 use super::product::Product;
 use crate::can_bus::can::{ErrorState, Frame};
 use crate::can_bus::canopen;
-use crate::can_bus::canopen::faults::{Action, Kind, Spoiler, TooMany, When};
+use crate::can_bus::canopen::faults::{Action, FaultInjector, Kind, TooMany, When};
 use crate::can_bus::canopen::nmt::Command;
 use crate::can_bus::canopen::storage::{Eeprom, Generation, NotStored, StoreRequest};
 use crate::can_bus::canopen::{NmtState, NodeId};
@@ -30,7 +28,7 @@ pub struct StoredNode {
     stored: Stored<Unit>,
     error_state: ErrorState,
     /// Faults on purpose between the device and the bus.
-    spoiler: Option<Box<Spoiler>>,
+    injector: Option<Box<FaultInjector>>,
     counters: NodeCounters,
     repeats: Repeats<canopen::Event>,
 }
@@ -65,7 +63,7 @@ impl StoredNode {
         Self {
             stored,
             error_state: ErrorState::Active,
-            spoiler: None,
+            injector: None,
             counters: NodeCounters::default(),
             repeats: Repeats::default(),
         }
@@ -91,30 +89,30 @@ impl StoredNode {
         self.stored.act(now, |unit| act(&mut *unit.device, now))
     }
 
-    /// From now on what it sends is spoiled by this fault, too. `number` is for [`unspoil`](Self::unspoil).
+    /// From now on what it sends has this fault, too. `number` is for [`remove_fault`](Self::remove_fault).
     ///
     /// # Errors
     /// [`TooMany`].
-    pub(crate) fn spoil(&mut self, now: Instant, number: u32, kind: Kind, when: When) -> Result<(), TooMany> {
-        self.spoiler.get_or_insert_default().add(now, number, kind, when)
+    pub(crate) fn add_fault(
+        &mut self,
+        now: Instant,
+        number: u32,
+        kind: Kind,
+        when: When,
+    ) -> Result<(), TooMany> {
+        self.injector.get_or_insert_default().add(now, number, kind, when)
     }
 
     /// Ends the fault of that number.
-    pub(crate) fn unspoil(&mut self, number: u32) {
-        if let Some(spoiler) = &mut self.spoiler {
-            spoiler.remove(number);
+    pub(crate) fn remove_fault(&mut self, number: u32) {
+        if let Some(injector) = &mut self.injector {
+            injector.remove(number);
         }
     }
 
     /// How often the fault of that number was injected.
     pub(crate) fn injected(&self, number: u32) -> u32 {
-        self.spoiler.as_ref().map_or(0, |spoiler| spoiler.injected(number))
-    }
-
-    /// The device, if it is a `D`.
-    pub fn device<D: CanopenDevice>(&self) -> Option<&D> {
-        let device: &dyn Any = &*self.stored.unit().device;
-        device.downcast_ref()
+        self.injector.as_ref().map_or(0, |injector| injector.injected(number))
     }
 
     /// What keeps its drive from moving now; `None`: it has no drive.
@@ -124,9 +122,9 @@ impl StoredNode {
 
     /// Carries out what faults ask for.
     fn follow_faults(&mut self, now: Instant) {
-        let Self { stored, spoiler: Some(spoiler), .. } = self else { return };
+        let Self { stored, injector: Some(injector), .. } = self else { return };
         stored.act(now, |unit| {
-            while let Some(action) = spoiler.poll_action(now) {
+            while let Some(action) = injector.poll_action(now) {
                 unit.follow(now, action);
             }
         });
@@ -135,11 +133,11 @@ impl StoredNode {
     /// The next frame to send, with what faults do to it.
     fn next_frame(&mut self, now: Instant) -> Option<Frame> {
         let device = &mut self.stored.unit_mut().device;
-        let Some(spoiler) = &mut self.spoiler else { return device.poll_transmit(now) };
+        let Some(injector) = &mut self.injector else { return device.poll_transmit(now) };
         while let Some(frame) = device.poll_transmit(now) {
-            spoiler.handle_frame(now, frame, device.node());
+            injector.handle_frame(now, frame, device.node());
         }
-        let frame = spoiler.poll_transmit();
+        let frame = injector.poll_transmit();
         self.follow_faults(now);
         frame
     }
@@ -249,7 +247,7 @@ fn is_same(one: &canopen::Event, other: &canopen::Event) -> bool {
 impl CanParticipant for StoredNode {
     type Event = CanopenEvent;
 
-    fn receive(&mut self, now: Instant, frame: &Frame) {
+    fn handle_frame(&mut self, now: Instant, frame: &Frame) {
         let Self { stored, counters, .. } = self;
         stored.act(now, |unit| {
             counters.hear(unit.device.node(), frame);
@@ -258,11 +256,11 @@ impl CanParticipant for StoredNode {
     }
 
     fn handle_timeout(&mut self, now: Instant) {
-        let Self { stored, spoiler, .. } = self;
+        let Self { stored, injector, .. } = self;
         stored.act(now, |unit| {
             unit.device.handle_timeout(now);
-            if let Some(spoiler) = spoiler {
-                spoiler.handle_timeout(now, unit.device.node());
+            if let Some(injector) = injector {
+                injector.handle_timeout(now, unit.device.node());
             }
         });
         self.follow_faults(now);
@@ -295,7 +293,7 @@ impl CanParticipant for StoredNode {
 
     fn poll_timeout(&self) -> Option<Instant> {
         let device = self.stored.poll_timeout(self.stored.unit().device.poll_timeout());
-        let spoiled = self.spoiler.as_ref().and_then(|spoiler| spoiler.poll_timeout());
-        Instant::first_of(Instant::first_of(device, spoiled), self.repeats.poll_timeout())
+        let fault = self.injector.as_ref().and_then(|injector| injector.poll_timeout());
+        Instant::first_of(Instant::first_of(device, fault), self.repeats.poll_timeout())
     }
 }

@@ -10,7 +10,7 @@ use crate::time::Instant;
 /// The faults of a bus with nodes: those of frames act on the bus, those of nodes in each [`StoredNode`] they are for.
 impl Bus<CanopenEvent> {
     /// Adds a fault behind the others: to the nodes it is for and are there, and by
-    /// [`spoil_joining`](Self::spoil_joining) to those that come. Returns its number, by which it is removed. A node named
+    /// [`add_faults_to`](Self::add_faults_to) to those that come. Returns its number, by which it is removed. A node named
     /// by the fault is the one that has this number now.
     ///
     /// # Errors
@@ -23,15 +23,15 @@ impl Bus<CanopenEvent> {
         self.reseat_faults();
         for (seat, _) in nodes(self) {
             // A node has those of this list only.
-            let _ = self.with(now, seat, |node: &mut StoredNode, now| spoil(now, node, number, rule));
+            let _ = self.with(now, seat, |node: &mut StoredNode, now| add(now, node, number, rule));
         }
         Ok(number)
     }
 
     /// Gives a node that is not on the bus yet what is for it, so that its boot-up is concerned.
-    pub fn spoil_joining(&self, now: Instant, node: &mut StoredNode) {
+    pub fn add_faults_to(&self, now: Instant, node: &mut StoredNode) {
         for (number, rule, _) in self.faults().iter() {
-            spoil(now, node, number, rule);
+            add(now, node, number, rule);
         }
     }
 
@@ -47,7 +47,7 @@ impl Bus<CanopenEvent> {
     pub(crate) fn remove_fault(&mut self, now: Instant, number: u32) -> Option<Rule> {
         let rule = self.faults_mut().remove(number)?;
         for (seat, _) in nodes(self) {
-            self.with(now, seat, |node: &mut StoredNode, _| node.unspoil(number));
+            self.with(now, seat, |node: &mut StoredNode, _| node.remove_fault(number));
         }
         Some(rule)
     }
@@ -65,10 +65,10 @@ impl Bus<CanopenEvent> {
 }
 
 /// Gives a node a fault that is for it.
-fn spoil(now: Instant, node: &mut StoredNode, number: u32, rule: Rule) {
+fn add(now: Instant, node: &mut StoredNode, number: u32, rule: Rule) {
     let Kind::Node(kind) = rule.kind else { return };
     if rule.node().is_none_or(|wanted| wanted == node.node_id()) {
-        let _ = node.spoil(now, number, kind, rule.when);
+        let _ = node.add_fault(now, number, kind, rule.when);
     }
 }
 

@@ -15,7 +15,7 @@ pub trait CanParticipant: Any + Send {
     type Event;
 
     /// Takes a frame of another station that ended at `now`. Its own frames a station never hears.
-    fn receive(&mut self, now: Instant, frame: &Frame);
+    fn handle_frame(&mut self, now: Instant, frame: &Frame);
 
     /// Time has passed. Spurious calls are harmless.
     fn handle_timeout(&mut self, now: Instant);

@@ -163,7 +163,7 @@ kinds! {
         "a reply", "N octets (4) of noise between request and reply";
     "drop-request" { Request(RequestFault::Drop) }
         "a request", "nothing: no drive hears the request, broadcasts included";
-    "diag-storm" { Reply(ReplyFault::Shape(ShapeFault::DiagStorm)) }
+    "diag-storm" { Reply(ReplyFault::Shape(ShapeFault::DiagAnnounced)) }
         "a Data_Exchange reply with inputs", "DH: a diagnosis is announced, and Slave_Diag is as always";
     "not-ready" (time: Time) { Request(RequestFault::NotReady(time)) }
         "a Chk_Cfg", "the slave stays in WAIT-CFG for this time, as if its application needs time for the check: \
@@ -235,7 +235,7 @@ kinds! {
         "a TPDO", "the data of the first TPDO with this fault";
     "tpdo-swapped" { Node(faults::Kind::Tpdo(TpdoFault::Swapped)) }
         "a TPDO", "the TPDO after the next TPDO of the node";
-    "emcy-storm" (period: Time) { Node(faults::Kind::EmcyStorm(period)) }
+    "emcy-storm" (period: Time) { Node(faults::Kind::EmcyEach(period)) }
         "the end of each such period", "EMCY FF00h";
     "pre-operational" { Node(faults::Kind::LeaveOperational) }
         "a TPDO", "after it the node is in PRE-OPERATIONAL, without a command";

@@ -30,7 +30,7 @@ impl<S> Default for List<S> {
 impl<S> List<S> {
     /// Each fault with its number and how often it was injected.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (u32, Rule, u32)> + '_ {
-        self.active.iter().map(|active| (active.number, active.rule, active.chance.struck()))
+        self.active.iter().map(|active| (active.number, active.rule, active.chance.injected()))
     }
 
     /// Adds a fault behind the others. Returns its number, which is not given twice.
@@ -57,7 +57,7 @@ impl<S> Active<S> {
     pub(crate) fn strikes(&mut self) -> bool {
         let injected = self.chance.strikes();
         if injected {
-            tracing::debug!("fault {} injected for the {}th time", self.rule, self.chance.struck());
+            tracing::debug!("fault {} injected for the {}th time", self.rule, self.chance.injected());
         }
         injected
     }

@@ -11,7 +11,7 @@
 //! | [`canopen::faults`](crate::can_bus::canopen::faults) | what a CANopen node sends |
 //!
 //! [`Row::all`] is the table of all of them, docs/faults.md says more. The stations are as they always are and know nothing
-//! of it. Everything is deterministic: the same telegrams in the same order are struck in the same way.
+//! of it. Everything is deterministic: the same telegrams in the same order have the same faults.
 //!
 //! ```
 //! use profidrive::host::fault::{BusKind, Rule};

@@ -6,7 +6,7 @@
 //! ```
 //!
 //! The drives are as they always are and know nothing of it. A refused Set_Prm is a Set_Prm that the wrapper changed on
-//! its way, so that the slave refuses it by its own rules; a diagnosis storm is a reply in which DH is set. What is injected
+//! its way, so that the slave refuses it by its own rules; a diagnosis is announced by a reply in which DH is set. What is injected
 //! and when is a [`Rule`]; several act one after the other, in the order given. Everything is deterministic: the same
 //! telegrams at the same times are corrupted in the same way.
 //!

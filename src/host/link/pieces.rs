@@ -204,7 +204,7 @@ mod tests {
     fn longest_front(noise: &[u8]) -> &[u8] {
         let leaves_nothing = |front: &&[u8]| {
             let mut framer = crate::profibus::fdl::Framer::new(Resync::SCAN);
-            framer.receive(Instant::ZERO, front, |_, _| {});
+            framer.handle_bytes(Instant::ZERO, front, |_, _| {});
             framer.poll_timeout().is_none()
         };
         let fronts = (0..=noise.len()).rev().map(|len| &noise[..len]);
@@ -243,7 +243,7 @@ mod tests {
             for piece in &found {
                 if let Piece::Noise(noise, _) = piece {
                     let mut framer = crate::profibus::fdl::Framer::new(Resync::SCAN);
-                    framer.receive(Instant::ZERO, settled(noise), |_, _| {});
+                    framer.handle_bytes(Instant::ZERO, settled(noise), |_, _| {});
                     prop_assert_eq!(framer.poll_timeout(), None);
                 }
             }

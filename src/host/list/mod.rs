@@ -14,7 +14,7 @@
 mod choice;
 mod given;
 pub mod named;
-#[cfg(feature = "panel")]
+#[cfg(all(test, feature = "cli"))]
 mod schema;
 mod slaves;
 mod spec;

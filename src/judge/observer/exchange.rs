@@ -4,7 +4,7 @@ use core::time::Duration;
 
 use super::Observer;
 use super::cycle::{Answer, Cycle};
-use super::view::{Disturbed, Due, Loss, Refused, Spoilt, Step};
+use super::view::{Disturbed, Due, Loss, Refused, Step, WrongReplies};
 use crate::judge::findings::{Verdict, Weight};
 use crate::judge::rows::Row;
 use crate::judge::setup::Slave;
@@ -18,8 +18,8 @@ pub(super) const MOST_BEFORE_DIAG: u32 = 12;
 /// Data_Exchange at most before a start-up that a diagnosis asks for.
 const MOST_BEFORE_RESTART: u32 = 8;
 /// Replies that cannot be right, at least so many and for so long, before the diagnosis is read.
-const MOST_SPOILT: u32 = 8;
-const SPOILT_TIME: Duration = Duration::from_millis(1500);
+const MOST_WRONG: u32 = 8;
+const WRONG_TIME: Duration = Duration::from_millis(1500);
 /// Data_Exchange answered with RS, for so long, without a diagnosis.
 const REFUSED_TIME: Duration = Duration::from_secs(1);
 /// After so many good exchanges a disturbance is over.
@@ -91,17 +91,17 @@ impl Observer {
             }
         }
         let view = self.view(station);
-        if let Some(Spoilt { row, since, count, serial }) = view.spoilt
-            && count >= MOST_SPOILT
-            && now.saturating_since(since) >= SPOILT_TIME
+        if let Some(WrongReplies { row, since, count, serial }) = view.wrong_replies
+            && count >= MOST_WRONG
+            && now.saturating_since(since) >= WRONG_TIME
         {
-            view.spoilt = None;
+            view.wrong_replies = None;
             let reason = format!("{count} replies in a row that cannot be right, and no Slave_Diag");
             self.broken(row, Weight::Once, serial, Some(station), reason);
         }
         let view = self.view(station);
         if let Some(Refused { since, count, serial }) = view.refused
-            && count >= MOST_SPOILT
+            && count >= MOST_WRONG
             && now.saturating_since(since) >= REFUSED_TIME
         {
             view.refused = None;
@@ -176,9 +176,13 @@ impl Observer {
                 let row = if *answer == Answer::ShortAck { Row::E03 } else { Row::E04 };
                 view.trouble();
                 view.exchanging = true;
-                let spoilt =
-                    view.spoilt.get_or_insert(Spoilt { row, since: now, count: 0, serial: cycle.serial });
-                spoilt.count += 1;
+                let wrong_replies = view.wrong_replies.get_or_insert(WrongReplies {
+                    row,
+                    since: now,
+                    count: 0,
+                    serial: cycle.serial,
+                });
+                wrong_replies.count += 1;
             }
             Answer::Status(ReplyStatus::NotActivated) => {
                 view.trouble();
@@ -205,7 +209,7 @@ impl Observer {
         view.exchanging = true;
         view.loss = Loss::None;
         view.refused = None;
-        view.spoilt = None;
+        view.wrong_replies = None;
         view.streak = view.streak.saturating_add(1);
         view.calm = view.calm.saturating_add(1);
         view.exchanges = view.exchanges.saturating_add(1);
@@ -236,7 +240,7 @@ impl Observer {
         }
         let view = self.view(cycle.to);
         if high {
-            view.storm = view.storm.saturating_add(1);
+            view.dh_in_row = view.dh_in_row.saturating_add(1);
             let faulty = view.diag.is_some_and(|diag| diag.ext_diag);
             let row = match inputs {
                 0 => Row::D11,
@@ -245,7 +249,7 @@ impl Observer {
             };
             view.announced.get_or_insert(Due::new(row, cycle.serial));
         } else {
-            view.storm = 0;
+            view.dh_in_row = 0;
             view.announced = None;
         }
         if let Some(row) = over.flatten() {

@@ -153,8 +153,8 @@ impl Observer {
         }
         let view = self.view(cycle.to);
         view.refused = None;
-        if let Some(spoilt) = view.spoilt.take() {
-            self.held(spoilt.row);
+        if let Some(wrong_replies) = view.wrong_replies.take() {
+            self.held(wrong_replies.row);
         }
     }
 
@@ -323,10 +323,10 @@ impl Observer {
         view.cfg = Step::None;
         view.exchanging = false;
         view.trouble();
-        view.spoilt = None;
+        view.wrong_replies = None;
         view.announced = None;
         view.disturbed = None;
-        view.storm = 0;
+        view.dh_in_row = 0;
         view.diagnoses = 0;
         view.watchdog = prm.ok().and_then(SetPrm::watchdog);
         view.loss = Loss::None;

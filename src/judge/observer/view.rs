@@ -69,7 +69,7 @@ pub(super) struct View {
     /// Data_Exchange since a reply of high priority, and the row that wants the diagnosis.
     pub(super) announced: Option<Due>,
     /// Replies of high priority in a row.
-    pub(super) storm: u32,
+    pub(super) dh_in_row: u32,
     /// Data_Exchange since a diagnosis that wants a new start-up.
     pub(super) restart_due: Option<Due>,
     /// A diagnosis wanted a new start-up and the next one no longer did: both reactions are right.
@@ -77,7 +77,7 @@ pub(super) struct View {
     /// Diagnoses in a row while data are exchanged.
     pub(super) diagnoses: u32,
     /// Data_Exchange with a reply that cannot be right.
-    pub(super) spoilt: Option<Spoilt>,
+    pub(super) wrong_replies: Option<WrongReplies>,
     /// What was unusual, and how many good exchanges ago.
     pub(super) disturbed: Option<Disturbed>,
     /// The retries were over and the master went on.
@@ -136,7 +136,7 @@ pub(super) struct Shown {
 
 /// Replies to Data_Exchange that cannot be right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Spoilt {
+pub(super) struct WrongReplies {
     pub(super) row: Row,
     pub(super) since: Instant,
     pub(super) count: u32,
@@ -212,7 +212,7 @@ impl View {
         self.announced = None;
         self.restart_due = None;
         self.disturbed = None;
-        self.storm = 0;
+        self.dh_in_row = 0;
     }
 
     /// Something was not as it should be.

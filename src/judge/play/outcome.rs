@@ -159,7 +159,7 @@ impl Judge {
     /// Data exchange has come back.
     pub(super) fn returned(&mut self, scenario: &Scenario) {
         let acted = scenario.steps.iter().any(|step| step.act.is_some() || step.ask.is_some());
-        if self.struck == 0 && !acted {
+        if self.injected == 0 && !acted {
             for row in &scenario.rows {
                 if !self.observer.findings.is_judged(*row) {
                     let reason = format!("the master gave no occasion: {}", scenario.name);

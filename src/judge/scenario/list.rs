@@ -77,7 +77,7 @@ fn lost_replies() -> Vec<Scenario> {
     list
 }
 
-/// One spoilt reply to Data_Exchange each.
+/// One wrong reply to Data_Exchange each.
 fn bad_replies(setup: &Setup) -> Vec<Scenario> {
     let data = |kind: &str| format!("{kind},count=1,station=S,service=Data_Exchange");
     let one = |name: &str, row: Row, kind: &str| Scenario {
@@ -117,8 +117,8 @@ fn bad_replies(setup: &Setup) -> Vec<Scenario> {
         ("Slave_Diag answered from another SAP", "wrong-saps"),
     ] {
         let fault = format!("{kind},count=1,station=S,service=Slave_Diag");
-        let spoil = Step { act: Some(Act::Diagnose), ..Scenario::one(name, &[], &[&fault]).steps.remove(0) };
-        list.push(Scenario { steps: vec![spoil, gone()], ..Scenario::one(name, &[Row::E14], &[]) });
+        let fault = Step { act: Some(Act::Diagnose), ..Scenario::one(name, &[], &[&fault]).steps.remove(0) };
+        list.push(Scenario { steps: vec![fault, gone()], ..Scenario::one(name, &[Row::E14], &[]) });
     }
     list
 }

@@ -10,10 +10,11 @@ use axum::extract::State;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
+#[cfg(test)]
+use super::super::description::Problems;
 use super::super::line::{Lines, lacks};
-use super::super::problem::{Problem, Problems, QueryOf};
+use super::super::problem::{Problem, QueryOf};
 use super::super::routes::{OfLineName, Place};
 use super::super::station::{AmountState, seconds};
 use super::super::stream::NewsEvent;
@@ -22,7 +23,8 @@ use crate::host::capture::{self, Interface};
 use crate::time::Instant;
 
 /// The newest events.
-#[derive(Clone, Debug, Serialize, ToSchema)]
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(in crate::panel) struct RecentEvents {
     /// When the process was started, since 1970: another start has another history.
     started_unix_seconds: f64,
@@ -31,7 +33,8 @@ pub(in crate::panel) struct RecentEvents {
 }
 
 /// The curves of a station.
-#[derive(Clone, Debug, Serialize, ToSchema)]
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(in crate::panel) struct RecentSamples {
     /// Between two samples. Of a station at rest only the first and the newest are there.
     interval_milliseconds: u64,
@@ -40,12 +43,13 @@ pub(in crate::panel) struct RecentSamples {
 }
 
 /// What the values were at a moment, by their keys; `null`: there was none.
-#[derive(Clone, Debug, Serialize, ToSchema)]
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 struct Sample {
     /// Since the line was started.
     time_seconds: f64,
     #[serde(flatten)]
-    #[schema(value_type = std::collections::HashMap<String, Option<f64>>)]
+    #[cfg_attr(test, schema(value_type = std::collections::HashMap<String, Option<f64>>))]
     values: BTreeMap<&'static str, AmountState>,
 }
 
@@ -61,13 +65,13 @@ pub(in crate::panel) struct OfWhom {
 /// The newest events
 ///
 /// What the stream has sent as `news`: for a reader that starts later.
-#[utoipa::path(get, path = "/api/v1/events/recent", tag = "history",
+#[cfg_attr(test, utoipa::path(get, path = "/api/v1/events/recent", tag = "history",
     params(
         ("line" = Option<String>, Query, description = "Only what concerns this line"),
         ("address" = Option<u8>, Query, maximum = 127, description = "Only what concerns this station"),
         ("after" = Option<u64>, Query, description = "Only events with a greater number"),
     ),
-    responses((status = 200, body = RecentEvents), Problems))]
+    responses((status = 200, body = RecentEvents), Problems)))]
 pub(in crate::panel) async fn events(
     State(lines): State<Lines>,
     QueryOf(OfWhom { line, address, after }): QueryOf<OfWhom>,
@@ -85,8 +89,8 @@ pub(in crate::panel) async fn events(
 }
 
 /// The curves of a station of the last five minutes
-#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/samples", tag = "history",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = RecentSamples), Problems))]
+#[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/samples", tag = "history",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = RecentSamples), Problems)))]
 pub(in crate::panel) async fn samples(place: Place) -> Result<Json<RecentSamples>, Problem> {
     let Curves { columns, rows } = curves(&place).await?;
     let interval_milliseconds = u64::try_from(EVERY.as_millis()).unwrap_or(u64::MAX);
@@ -103,9 +107,9 @@ fn cell(value: f64, digits: Option<u8>) -> AmountState {
 }
 
 /// The same as a table
-#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/samples.csv", tag = "history",
+#[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/samples.csv", tag = "history",
     params(("line" = String, Path), ("address" = u8, Path, maximum = 127)),
-    responses((status = 200, content_type = "text/csv", body = String), Problems))]
+    responses((status = 200, content_type = "text/csv", body = String), Problems)))]
 pub(in crate::panel) async fn samples_csv(place: Place) -> Result<Response, Problem> {
     let Curves { columns, rows } = curves(&place).await?;
     let mut table = String::from("time_seconds");
@@ -127,13 +131,13 @@ pub(in crate::panel) async fn samples_csv(place: Place) -> Result<Response, Prob
 ///
 /// A capture for Wireshark. Telegrams are kept while a reader of the stream watches them, the newest 4 MiB. An event is a
 /// comment of the telegram after it, or of the last one.
-#[utoipa::path(get, path = "/api/v1/lines/{line}/capture.pcapng", tag = "history", params(("line" = String, Path)),
-    responses((status = 200, content_type = "application/octet-stream", body = String), Problems))]
+#[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/capture.pcapng", tag = "history", params(("line" = String, Path)),
+    responses((status = 200, content_type = "application/octet-stream", body = String), Problems)))]
 pub(in crate::panel) async fn capture(
     State(lines): State<Lines>,
     OfLineName(line): OfLineName,
 ) -> Result<Response, Problem> {
-    let (now, baud) = line.asking.ask(|bench| (bench.now(), bench.baud())).await?;
+    let (now, baud) = line.asking.ask(|lent| (lent.now(), lent.baud())).await?;
     let Some(baud) = baud else {
         return Err(Problem::conflict("frames of a CAN bus are not kept here; use emulate --capture"));
     };
@@ -151,8 +155,8 @@ pub(in crate::panel) async fn capture(
 
 async fn curves(place: &Place) -> Result<Curves, Problem> {
     let address = place.address;
-    let has = place.line.asking.ask(move |bench| {
-        let station = bench.find(address)?;
+    let has = place.line.asking.ask(move |lent| {
+        let station = lent.find(address)?;
         Ok::<_, Problem>(!of_station(station.description).0.is_empty())
     });
     if !has.await?? {

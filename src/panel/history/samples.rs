@@ -54,12 +54,12 @@ pub(in crate::panel) fn of_station(station: &dyn Description) -> (Vec<Column>, R
 
 impl Sampled {
     /// On the thread of the line.
-    pub(in crate::panel) fn of(bench: &dyn OnLine) -> Self {
+    pub(in crate::panel) fn of(lent: &dyn OnLine) -> Self {
         let sample = |address: u8| {
-            let (columns, row) = of_station(bench.described(address)?);
+            let (columns, row) = of_station(lent.described(address)?);
             (!columns.is_empty()).then_some((address, columns, row))
         };
-        Self { at: bench.now(), stations: bench.addresses().into_iter().filter_map(sample).collect() }
+        Self { at: lent.now(), stations: lent.addresses().into_iter().filter_map(sample).collect() }
     }
 }
 

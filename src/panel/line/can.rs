@@ -180,7 +180,7 @@ impl OnLine for NodeAccess<'_> {
                 .map_err(|error| Problem::conflict(in_one_line(&error)))?,
             None => StoredNode::new(product.make(node, choices, Eeprom::Internal, now), now),
         };
-        self.bus.spoil_joining(now, &mut stored);
+        self.bus.add_faults_to(now, &mut stored);
         let number = stored.node_id().number();
         let seat = self.bus.add(now, Box::new(stored));
         self.nodes.push(Seated { seat, product });

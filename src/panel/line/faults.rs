@@ -3,9 +3,10 @@
 use axum::Json;
 use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
-use super::super::problem::{Body, PathOf, Problem, Problems};
+#[cfg(test)]
+use super::super::description::Problems;
+use super::super::problem::{Body, PathOf, Problem};
 use super::OnLine;
 use crate::host::fault::Rule;
 use crate::panel::routes::OfLineName;
@@ -14,7 +15,8 @@ use crate::panel::routes::OfLineName;
 const MOST_FAULTS: usize = 32;
 
 /// A fault on the line.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(in crate::panel) struct FaultState {
     /// Its number, with which it is removed.
     number: u32,
@@ -25,53 +27,56 @@ pub(in crate::panel) struct FaultState {
 }
 
 /// The faults on the line.
-#[derive(Clone, Debug, Serialize, ToSchema)]
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(in crate::panel) struct FaultList {
     faults: Vec<FaultState>,
 }
 
 /// A fault to add.
-#[derive(Clone, Debug, Deserialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub(in crate::panel) struct NewFault {
     /// As for `emulate --fault` (docs/faults.md).
-    #[schema(example = "late=20ms,station=5")]
+    #[cfg_attr(test, schema(example = "late=20ms,station=5"))]
     fault: String,
 }
 
 /// All faults that are to act.
-#[derive(Clone, Debug, Deserialize, ToSchema)]
+#[derive(Clone, Debug, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub(in crate::panel) struct NewFaults {
     /// Each as for `emulate --fault`.
-    #[schema(example = json!(["no-reply,rate=0.1"]), max_items = 32)]
+    #[cfg_attr(test, schema(example = json!(["no-reply,rate=0.1"]), max_items = 32))]
     faults: Vec<String>,
 }
 
 /// The faults on the line
-#[utoipa::path(get, path = "/api/v1/lines/{line}/faults", tag = "lines", params(("line" = String, Path)), responses((status = 200, body = FaultList), Problems))]
+#[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/faults", tag = "lines", params(("line" = String, Path)), responses((status = 200, body = FaultList), Problems)))]
 pub(in crate::panel) async fn list(OfLineName(line): OfLineName) -> Result<Json<FaultList>, Problem> {
-    line.asking.ask(|bench| Ok(Json(FaultList { faults: states(bench)? }))).await?
+    line.asking.ask(|lent| Ok(Json(FaultList { faults: states(lent)? }))).await?
 }
 
 /// Adds a fault to the line
-#[utoipa::path(post, path = "/api/v1/lines/{line}/faults", tag = "lines", params(("line" = String, Path)), request_body = NewFault,
-    responses((status = 201, body = FaultState), Problems))]
+#[cfg_attr(test, utoipa::path(post, path = "/api/v1/lines/{line}/faults", tag = "lines", params(("line" = String, Path)), request_body = NewFault,
+    responses((status = 201, body = FaultState), Problems)))]
 pub(in crate::panel) async fn add(
     OfLineName(line): OfLineName,
     Body(NewFault { fault }): Body<NewFault>,
 ) -> Result<(StatusCode, Json<FaultState>), Problem> {
-    let added = line.asking.ask(move |bench| {
-        let rule = read(bench, &fault)?;
-        bench.check_fault(&rule)?;
-        add_one(bench, rule)
+    let added = line.asking.ask(move |lent| {
+        let rule = read(lent, &fault)?;
+        lent.check_fault(&rule)?;
+        add_one(lent, rule)
     });
     Ok((StatusCode::CREATED, Json(added.await??)))
 }
 
 /// Replaces all faults on the line
-#[utoipa::path(put, path = "/api/v1/lines/{line}/faults", tag = "lines", params(("line" = String, Path)), request_body = NewFaults,
-    responses((status = 200, body = FaultList), Problems))]
+#[cfg_attr(test, utoipa::path(put, path = "/api/v1/lines/{line}/faults", tag = "lines", params(("line" = String, Path)), request_body = NewFaults,
+    responses((status = 200, body = FaultList), Problems)))]
 pub(in crate::panel) async fn replace(
     OfLineName(line): OfLineName,
     Body(NewFaults { faults }): Body<NewFaults>,
@@ -82,24 +87,24 @@ pub(in crate::panel) async fn replace(
             faults.len()
         )));
     }
-    let replaced = line.asking.ask(move |bench| {
-        let rules: Vec<Rule> = faults.iter().map(|fault| read(bench, fault)).collect::<Result<_, _>>()?;
-        rules.iter().try_for_each(|rule| bench.check_fault(rule))?;
-        remove_all(bench)?;
+    let replaced = line.asking.ask(move |lent| {
+        let rules: Vec<Rule> = faults.iter().map(|fault| read(lent, fault)).collect::<Result<_, _>>()?;
+        rules.iter().try_for_each(|rule| lent.check_fault(rule))?;
+        remove_all(lent)?;
         for rule in rules {
-            add_one(bench, rule)?;
+            add_one(lent, rule)?;
         }
-        Ok(Json(FaultList { faults: states(bench)? }))
+        Ok(Json(FaultList { faults: states(lent)? }))
     });
     replaced.await?
 }
 
 /// Removes all faults of the line
-#[utoipa::path(delete, path = "/api/v1/lines/{line}/faults", tag = "lines", params(("line" = String, Path)), responses((status = 204), Problems))]
+#[cfg_attr(test, utoipa::path(delete, path = "/api/v1/lines/{line}/faults", tag = "lines", params(("line" = String, Path)), responses((status = 204), Problems)))]
 pub(in crate::panel) async fn clear(OfLineName(line): OfLineName) -> Result<StatusCode, Problem> {
-    let cleared = line.asking.ask(|bench| {
-        remove_all(bench)?;
-        tracing::info!("all faults on purpose are taken off the {}", bench.kind().name());
+    let cleared = line.asking.ask(|lent| {
+        remove_all(lent)?;
+        tracing::info!("all faults on purpose are taken off the {}", lent.kind().name());
         Ok(StatusCode::NO_CONTENT)
     });
     cleared.await?
@@ -112,49 +117,49 @@ pub(in crate::panel) struct OfFault {
 }
 
 /// Removes one fault of the line
-#[utoipa::path(delete, path = "/api/v1/lines/{line}/faults/{number}", tag = "lines", params(("line" = String, Path), ("number" = u32, Path)),
-    responses((status = 204), Problems))]
+#[cfg_attr(test, utoipa::path(delete, path = "/api/v1/lines/{line}/faults/{number}", tag = "lines", params(("line" = String, Path), ("number" = u32, Path)),
+    responses((status = 204), Problems)))]
 pub(in crate::panel) async fn remove(
     OfLineName(line): OfLineName,
     PathOf(OfFault { number }): PathOf<OfFault>,
 ) -> Result<StatusCode, Problem> {
     let wrong = |_| Problem::new(StatusCode::BAD_REQUEST, format!("'{number}' is no number of a fault"));
     let number: u32 = number.parse().map_err(wrong)?;
-    let removed = line.asking.ask(move |bench| {
-        bench.faults()?;
-        let on = bench.kind().name();
+    let removed = line.asking.ask(move |lent| {
+        lent.faults()?;
+        let on = lent.kind().name();
         let none = || Problem::not_found(format!("there is no fault number {number} on the {on}"));
-        let rule = bench.remove_fault(number).ok_or_else(none)?;
+        let rule = lent.remove_fault(number).ok_or_else(none)?;
         tracing::info!("fault on purpose taken off the {on}: {rule}");
         Ok(StatusCode::NO_CONTENT)
     });
     removed.await?
 }
 
-fn read(bench: &dyn OnLine, fault: &str) -> Result<Rule, Problem> {
-    Rule::on(bench.kind(), fault).map_err(|error| Problem::value(format!("fault '{fault}': {error}")))
+fn read(lent: &dyn OnLine, fault: &str) -> Result<Rule, Problem> {
+    Rule::on(lent.kind(), fault).map_err(|error| Problem::value(format!("fault '{fault}': {error}")))
 }
 
-fn add_one(bench: &mut dyn OnLine, rule: Rule) -> Result<FaultState, Problem> {
-    if bench.faults()?.len() >= MOST_FAULTS {
-        let on = bench.kind().name();
+fn add_one(lent: &mut dyn OnLine, rule: Rule) -> Result<FaultState, Problem> {
+    if lent.faults()?.len() >= MOST_FAULTS {
+        let on = lent.kind().name();
         return Err(Problem::conflict(format!("there are {MOST_FAULTS} faults on the {on}; remove some")));
     }
-    let number = bench.add_fault(rule)?;
+    let number = lent.add_fault(rule)?;
     tracing::warn!("fault on purpose: {rule}");
     Ok(FaultState { number, fault: rule.to_string(), injected: 0 })
 }
 
-fn remove_all(bench: &mut dyn OnLine) -> Result<(), Problem> {
-    for (number, ..) in bench.faults()? {
-        bench.remove_fault(number);
+fn remove_all(lent: &mut dyn OnLine) -> Result<(), Problem> {
+    for (number, ..) in lent.faults()? {
+        lent.remove_fault(number);
     }
     Ok(())
 }
 
 /// The faults as they are shown.
-pub(super) fn states(bench: &dyn OnLine) -> Result<Vec<FaultState>, Problem> {
+pub(super) fn states(lent: &dyn OnLine) -> Result<Vec<FaultState>, Problem> {
     let state =
         |(number, rule, injected): (u32, Rule, u32)| FaultState { number, fault: rule.to_string(), injected };
-    Ok(bench.faults()?.into_iter().map(state).collect())
+    Ok(lent.faults()?.into_iter().map(state).collect())
 }

@@ -6,9 +6,10 @@ use std::collections::BTreeMap;
 use axum::Json;
 use axum::extract::State;
 use serde::Serialize;
-use utoipa::ToSchema;
 
-use super::super::problem::{Problem, Problems};
+#[cfg(test)]
+use super::super::description::Problems;
+use super::super::problem::Problem;
 use super::super::station::{BusName, PresenceName, seconds};
 use super::faults::{self, FaultState};
 use super::{Line, Lines, OnLine};
@@ -20,7 +21,8 @@ use crate::panel::routes::OfLineName;
 use crate::profibus::fdl::{LineCounters, StationCounters};
 
 /// The lines of the process.
-#[derive(Clone, Debug, Serialize, ToSchema)]
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(in crate::panel) struct LineList {
     /// Since the first line was started.
     time_seconds: f64,
@@ -28,7 +30,8 @@ pub(in crate::panel) struct LineList {
 }
 
 /// A line.
-#[derive(Clone, Debug, Serialize, ToSchema)]
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 struct LineSummary {
     /// Its name.
     line: String,
@@ -39,7 +42,8 @@ struct LineSummary {
 }
 
 /// A line with what passed on it.
-#[derive(Clone, Debug, Serialize, ToSchema)]
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(in crate::panel) struct LineState {
     #[serde(flatten)]
     summary: LineSummary,
@@ -57,7 +61,8 @@ pub(in crate::panel) struct LineState {
 }
 
 /// What passed on a line.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(untagged)]
 pub(in crate::panel) enum Counters {
     Profibus(ProfibusCounters),
@@ -65,7 +70,8 @@ pub(in crate::panel) enum Counters {
 }
 
 /// What passed on a line of PROFIBUS.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(in crate::panel) struct ProfibusCounters {
     telegrams_sent: u64,
     telegrams_heard: Vec<Count>,
@@ -76,7 +82,8 @@ pub(in crate::panel) struct ProfibusCounters {
 }
 
 /// What passed on a bus of CAN.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(in crate::panel) struct FrameCounters {
     /// Frames that ended without error.
     frames: u64,
@@ -88,14 +95,16 @@ pub(in crate::panel) struct FrameCounters {
 }
 
 /// How often something happened.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 struct Count {
     what: &'static str,
     count: u64,
 }
 
 /// A station as the line sees it.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(in crate::panel) struct LineStation {
     pub(super) address: u8,
     /// As on the command line.
@@ -114,7 +123,8 @@ pub(in crate::panel) struct LineStation {
 }
 
 /// Replies that took about as long.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(in crate::panel) struct ReplyTime {
     /// Up to and including this, and longer than the one before; `null`: any longer time.
     up_to_microseconds: Option<u64>,
@@ -122,7 +132,8 @@ pub(in crate::panel) struct ReplyTime {
 }
 
 /// Where the error counters of a CAN controller have taken it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub(in crate::panel) enum ErrorStateName {
     ErrorActive,
@@ -131,7 +142,8 @@ pub(in crate::panel) enum ErrorStateName {
 }
 
 /// A kind of fault on purpose.
-#[derive(Clone, Debug, Serialize, ToSchema)]
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 struct FaultKind {
     /// How it is written: `late=20ms`.
     fault: String,
@@ -140,7 +152,8 @@ struct FaultKind {
 }
 
 /// A device that may be added.
-#[derive(Clone, Debug, Serialize, ToSchema)]
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 struct DeviceChoice {
     device: &'static str,
     text: &'static str,
@@ -225,7 +238,7 @@ impl LineSummary {
 }
 
 /// The lines of the process
-#[utoipa::path(get, path = "/api/v1/lines", tag = "lines", responses((status = 200, body = LineList), Problems))]
+#[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines", tag = "lines", responses((status = 200, body = LineList), Problems)))]
 pub(in crate::panel) async fn list(State(lines): State<Lines>) -> Result<Json<LineList>, Problem> {
     let mut all = LineList { time_seconds: 0.0, lines: Vec::new() };
     for line in lines.all() {
@@ -237,8 +250,8 @@ pub(in crate::panel) async fn list(State(lines): State<Lines>) -> Result<Json<Li
 }
 
 /// Stations, counters and faults of a line
-#[utoipa::path(get, path = "/api/v1/lines/{line}", tag = "lines", params(("line" = String, Path)),
-    responses((status = 200, body = LineState), Problems))]
+#[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}", tag = "lines", params(("line" = String, Path)),
+    responses((status = 200, body = LineState), Problems)))]
 pub(in crate::panel) async fn state(OfLineName(line): OfLineName) -> Result<Json<LineState>, Problem> {
     let look =
         |line: &mut (dyn OnLine + '_)| (line.now(), line.state(), faults::states(line).unwrap_or_default());

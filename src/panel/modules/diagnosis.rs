@@ -1,7 +1,6 @@
 //! A diagnosis that is raised by hand.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::super::problem::Problem;
 use crate::gsd::{ChannelFault, Gsd, ModuleState, Raised};
@@ -9,7 +8,8 @@ use crate::profibus::dp;
 use crate::profibus::dp::ext_diag::{ChannelError, Direction, ExtDiag, Width};
 
 /// The diagnosis that is raised, besides what the slave reports by itself.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(in crate::panel) struct Diagnosis {
     /// What was raised by hand.
     raised: RaisedDiagnosis,
@@ -22,11 +22,12 @@ pub(in crate::panel) struct Diagnosis {
 }
 
 /// What the diagnosis of a station shall report; what is left out is not reported.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields, default)]
 pub(in crate::panel) struct RaisedDiagnosis {
     /// Unit_Diag_Bit: the bits whose text applies.
-    #[schema(max_items = 496)]
+    #[cfg_attr(test, schema(max_items = 496))]
     bits: Vec<u16>,
     /// Unit_Diag_Area.
     areas: Vec<RaisedArea>,
@@ -41,7 +42,8 @@ pub(in crate::panel) struct RaisedDiagnosis {
 }
 
 /// A number in the diagnosis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 struct RaisedArea {
     /// The first bit of the area.
@@ -50,7 +52,8 @@ struct RaisedArea {
 }
 
 /// The module status of a slot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 struct RaisedModule {
     slot: u16,
@@ -58,16 +61,17 @@ struct RaisedModule {
 }
 
 /// A fault of a channel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 struct RaisedChannel {
     slot: u16,
-    #[schema(maximum = 63)]
+    #[cfg_attr(test, schema(maximum = 63))]
     channel: u8,
     direction: Direction,
     width: Width,
     /// 1 to 9 of the standard, 16 to 31 of the GSD.
-    #[schema(minimum = 1, maximum = 31)]
+    #[cfg_attr(test, schema(minimum = 1, maximum = 31))]
     error: u8,
 }
 
@@ -126,7 +130,8 @@ impl Diagnosis {
 }
 
 /// The texts that a GSD has for a diagnosis.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(in crate::panel) struct Possible {
     bits: Vec<TextOf>,
     areas: Vec<TextsOfArea>,
@@ -135,14 +140,16 @@ pub(in crate::panel) struct Possible {
 }
 
 /// A number and its text.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 struct TextOf {
     number: i64,
     text: String,
 }
 
 /// The texts of a number in the diagnosis.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 struct TextsOfArea {
     first_bit: u16,
     last_bit: u16,

@@ -3,10 +3,11 @@
 use axum::Json;
 use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
+#[cfg(test)]
+use super::super::description::Problems;
 use super::super::line::OnLine;
-use super::super::problem::{Body, PathOf, Problem, Problems};
+use super::super::problem::{Body, PathOf, Problem};
 use super::super::routes::Place;
 use super::{bus, missing};
 use crate::gsd::{Gsd, Placed};
@@ -23,7 +24,8 @@ pub(in crate::panel) struct OfValue {
 }
 
 /// An input or output.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(in crate::panel) struct ChannelState {
     /// A number; of a bit 0 or 1. `null`: the octets are no finite float.
     value: Option<f64>,
@@ -32,7 +34,8 @@ pub(in crate::panel) struct ChannelState {
 }
 
 /// A value for an input.
-#[derive(Clone, Copy, Debug, Deserialize, ToSchema)]
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub(in crate::panel) struct NewChannelValue {
     /// A number that its type can hold; of a bit 0 or 1.
@@ -40,7 +43,7 @@ pub(in crate::panel) struct NewChannelValue {
 }
 
 /// An input as the master gets it
-#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/inputs/{slot}/{octet}/{type}", tag = "modules",
+#[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/inputs/{slot}/{octet}/{type}", tag = "modules",
     params(
         ("line" = String, Path),
         ("address" = u8, Path, maximum = 127),
@@ -48,7 +51,7 @@ pub(in crate::panel) struct NewChannelValue {
         ("octet" = usize, Path, description = "The first octet of the value in the slot, from 0", maximum = 243),
         ("type" = String, Path, description = "bit0 to bit7, unsigned8, unsigned16, unsigned32, signed8, signed16, signed32, float32; big-endian"),
     ),
-    responses((status = 200, body = ChannelState), Problems))]
+    responses((status = 200, body = ChannelState), Problems)))]
 pub(in crate::panel) async fn read_input(
     place: Place,
     PathOf(of): PathOf<OfValue>,
@@ -57,14 +60,14 @@ pub(in crate::panel) async fn read_input(
     place
         .line
         .asking
-        .ask(move |bench| of.find(bench, address).and_then(|point| state(bench, address, point, true)))
+        .ask(move |lent| of.find(lent, address).and_then(|point| state(lent, address, point, true)))
         .await?
 }
 
 /// An output as the station has it
 ///
 /// 0 while no master exchanges data, and in the safe state.
-#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/outputs/{slot}/{octet}/{type}", tag = "modules",
+#[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/outputs/{slot}/{octet}/{type}", tag = "modules",
     params(
         ("line" = String, Path),
         ("address" = u8, Path, maximum = 127),
@@ -72,7 +75,7 @@ pub(in crate::panel) async fn read_input(
         ("octet" = usize, Path, description = "As for inputs", maximum = 243),
         ("type" = String, Path, description = "As for inputs"),
     ),
-    responses((status = 200, body = ChannelState), Problems))]
+    responses((status = 200, body = ChannelState), Problems)))]
 pub(in crate::panel) async fn read_output(
     place: Place,
     PathOf(of): PathOf<OfValue>,
@@ -81,14 +84,14 @@ pub(in crate::panel) async fn read_output(
     place
         .line
         .asking
-        .ask(move |bench| of.find(bench, address).and_then(|point| state(bench, address, point, false)))
+        .ask(move |lent| of.find(lent, address).and_then(|point| state(lent, address, point, false)))
         .await?
 }
 
 /// Forces an input
 ///
 /// It keeps this value, whatever moves it by itself, until it is released.
-#[utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/inputs/{slot}/{octet}/{type}", tag = "modules",
+#[cfg_attr(test, utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/inputs/{slot}/{octet}/{type}", tag = "modules",
     params(
         ("line" = String, Path),
         ("address" = u8, Path, maximum = 127),
@@ -96,25 +99,25 @@ pub(in crate::panel) async fn read_output(
         ("octet" = usize, Path, description = "As for reading", maximum = 243),
         ("type" = String, Path, description = "As for reading"),
     ),
-    request_body = NewChannelValue, responses((status = 200, body = ChannelState), Problems))]
+    request_body = NewChannelValue, responses((status = 200, body = ChannelState), Problems)))]
 pub(in crate::panel) async fn force(
     place: Place,
     PathOf(of): PathOf<OfValue>,
     Body(NewChannelValue { value }): Body<NewChannelValue>,
 ) -> Result<Json<ChannelState>, Problem> {
     let address = place.address;
-    let forced = place.line.asking.ask(move |bench| {
-        let point = of.find(bench, address)?;
-        let forced = bus(bench, address)?
+    let forced = place.line.asking.ask(move |lent| {
+        let point = of.find(lent, address)?;
+        let forced = bus(lent, address)?
             .with_modules(Address::from_octet(address), |modules| modules.force(point, value));
         forced.ok_or_else(|| missing(address))?.map_err(Problem::value)?;
-        state(bench, address, point, true)
+        state(lent, address, point, true)
     });
     forced.await?
 }
 
 /// Gives an input back to what moves it by itself
-#[utoipa::path(delete, path = "/api/v1/lines/{line}/stations/{address}/inputs/{slot}/{octet}/{type}", tag = "modules",
+#[cfg_attr(test, utoipa::path(delete, path = "/api/v1/lines/{line}/stations/{address}/inputs/{slot}/{octet}/{type}", tag = "modules",
     params(
         ("line" = String, Path),
         ("address" = u8, Path, maximum = 127),
@@ -122,16 +125,16 @@ pub(in crate::panel) async fn force(
         ("octet" = usize, Path, description = "As for reading", maximum = 243),
         ("type" = String, Path, description = "As for reading"),
     ),
-    responses((status = 204), Problems))]
+    responses((status = 204), Problems)))]
 pub(in crate::panel) async fn release(
     place: Place,
     PathOf(of): PathOf<OfValue>,
 ) -> Result<StatusCode, Problem> {
     let address = place.address;
-    let released = place.line.asking.ask(move |bench| {
-        let point = of.find(bench, address)?;
+    let released = place.line.asking.ask(move |lent| {
+        let point = of.find(lent, address)?;
         let released =
-            bus(bench, address)?.with_modules(Address::from_octet(address), |modules| modules.release(point));
+            bus(lent, address)?.with_modules(Address::from_octet(address), |modules| modules.release(point));
         released.ok_or_else(|| missing(address))?.map_err(Problem::value)?;
         Ok(StatusCode::NO_CONTENT)
     });
@@ -140,13 +143,13 @@ pub(in crate::panel) async fn release(
 
 impl OfValue {
     /// The place in the station.
-    fn find(&self, bench: &mut dyn OnLine, address: u8) -> Result<Point, Problem> {
+    fn find(&self, lent: &mut dyn OnLine, address: u8) -> Result<Point, Problem> {
         let wrong = |detail: String| Problem::new(StatusCode::BAD_REQUEST, detail);
         let kind: ValueType = self.kind.parse().map_err(|error| wrong(format!("{error}")))?;
         let offset = self.octet.parse::<u8>().ok().filter(|octet| *octet < 244);
         let offset = offset
             .ok_or_else(|| wrong(format!("'{}' is no octet of a slot; expected 0 to 243", self.octet)))?;
-        let modules = bus(bench, address)?.modules(Address::from_octet(address));
+        let modules = bus(lent, address)?.modules(Address::from_octet(address));
         let modules = modules.ok_or_else(|| missing(address))?;
         let slot = self.slot_of(modules.layout(), modules.gsd())?;
         Ok(Point { slot, offset: offset.into(), kind })
@@ -185,12 +188,12 @@ impl OfValue {
 }
 
 fn state(
-    bench: &mut dyn OnLine,
+    lent: &mut dyn OnLine,
     address: u8,
     point: Point,
     input: bool,
 ) -> Result<Json<ChannelState>, Problem> {
-    let station = bus(bench, address)?.modules(Address::from_octet(address));
+    let station = bus(lent, address)?.modules(Address::from_octet(address));
     let station = station.ok_or_else(|| missing(address))?;
     let placed = station.layout().iter().find(|placed| placed.slot.number == point.slot);
     let slot = &placed.ok_or_else(|| missing(address))?.slot;

@@ -1,13 +1,13 @@
 //! What a person sees of a station as JSON.
 
 use serde::Serialize;
-use utoipa::ToSchema;
 
 use super::FaultNow;
 use crate::face::surroundings::{Face, FaceLed, FaceRow, Glow};
 
 /// What a person sees of a device.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(super) struct Display {
     /// The rows of the display from above; none if there is no display.
     rows: Vec<Row>,
@@ -17,14 +17,16 @@ pub(super) struct Display {
 }
 
 /// A row of a display.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 struct Row {
     text: String,
     flashing: bool,
 }
 
 /// An LED.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 struct Led {
     /// Which, with its colour: `left green`.
     led: &'static str,
@@ -38,7 +40,8 @@ struct Led {
 }
 
 /// What an LED does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 enum GlowName {
     Off,

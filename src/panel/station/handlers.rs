@@ -4,16 +4,18 @@ use axum::Json;
 use axum::extract::State as Shared;
 use axum::http::StatusCode;
 use serde::Serialize;
-use utoipa::ToSchema;
 
 use super::{Reasons, State, Summary, seconds};
 use crate::face::Why;
+#[cfg(test)]
+use crate::panel::description::Problems;
 use crate::panel::line::Lines;
-use crate::panel::problem::{Problem, Problems};
+use crate::panel::problem::Problem;
 use crate::panel::routes::Place;
 
 /// Every station of every line.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(in crate::panel) struct Stations {
     /// When this was so, since the line was started.
     pub(in crate::panel) time_seconds: f64,
@@ -21,11 +23,12 @@ pub(in crate::panel) struct Stations {
 }
 
 /// What keeps a station from moving.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(in crate::panel) struct StationWhy {
     /// When this was so, since the line was started.
     time_seconds: f64,
-    #[schema(minimum = 0, maximum = 127)]
+    #[cfg_attr(test, schema(minimum = 0, maximum = 127))]
     address: u8,
     #[serde(flatten)]
     reasons: Reasons,
@@ -39,7 +42,7 @@ impl Stations {
         let mut all = Self { time_seconds: 0.0, stations: Vec::new() };
         for line in lines.all() {
             let name = line.name.clone();
-            let look = line.asking.ask(move |bench| (bench.now(), Summary::all(&name, bench)));
+            let look = line.asking.ask(move |lent| (lent.now(), Summary::all(&name, lent)));
             let (now, stations) = look.await?;
             all.time_seconds = seconds(now).max(all.time_seconds);
             all.stations.extend(stations);
@@ -57,9 +60,9 @@ impl Place {
     /// The complete state of the station.
     pub(in crate::panel) async fn look(&self) -> Result<State, Problem> {
         let (name, address) = (self.line.name.clone(), self.address);
-        let look = self.line.asking.ask(move |bench| {
-            bench.find(address)?;
-            State::of(&name, bench, address).ok_or_else(|| Problem::not_found("the station is gone"))
+        let look = self.line.asking.ask(move |lent| {
+            lent.find(address)?;
+            State::of(&name, lent, address).ok_or_else(|| Problem::not_found("the station is gone"))
         });
         let mut state = look.await??;
         state.last_refusal = self.line.hub.last_refusal(address, state.summary.is_exchanging());
@@ -68,14 +71,14 @@ impl Place {
 }
 
 /// Every station of every line at a glance
-#[utoipa::path(get, path = "/api/v1/stations", tag = "stations", responses((status = 200, body = Stations), Problems))]
+#[cfg_attr(test, utoipa::path(get, path = "/api/v1/stations", tag = "stations", responses((status = 200, body = Stations), Problems)))]
 pub(in crate::panel) async fn list(Shared(lines): Shared<Lines>) -> Result<Json<Stations>, Problem> {
     Stations::of(&lines).await.map(Json)
 }
 
 /// The complete state of a station
-#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}", tag = "stations",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = State), Problems))]
+#[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}", tag = "stations",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = State), Problems)))]
 pub(in crate::panel) async fn state(place: Place) -> Result<Json<State>, Problem> {
     place.look().await.map(Json)
 }
@@ -83,13 +86,13 @@ pub(in crate::panel) async fn state(place: Place) -> Result<Json<State>, Problem
 /// Removes a station
 ///
 /// As if its plug were pulled: it says nothing more. Of two nodes with this number, the first one.
-#[utoipa::path(delete, path = "/api/v1/lines/{line}/stations/{address}", tag = "stations",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 204), Problems))]
+#[cfg_attr(test, utoipa::path(delete, path = "/api/v1/lines/{line}/stations/{address}", tag = "stations",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 204), Problems)))]
 pub(in crate::panel) async fn remove(place: Place) -> Result<StatusCode, Problem> {
     let address = place.address;
-    let removed = place.line.asking.ask(move |bench| {
-        bench.find(address)?;
-        Ok::<_, Problem>(bench.remove(address))
+    let removed = place.line.asking.ask(move |lent| {
+        lent.find(address)?;
+        Ok::<_, Problem>(lent.remove(address))
     });
     // Here, because a shaft runs out and the last image is handed over.
     drop(removed.await??);
@@ -99,13 +102,13 @@ pub(in crate::panel) async fn remove(place: Place) -> Result<StatusCode, Problem
 /// What keeps a station from moving
 ///
 /// The most important first, with what to send.
-#[utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/why", tag = "stations",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = StationWhy), Problems))]
+#[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/why", tag = "stations",
+    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = StationWhy), Problems)))]
 pub(in crate::panel) async fn why(place: Place) -> Result<Json<StationWhy>, Problem> {
     let address = place.address;
-    let found = place.line.asking.ask(move |bench| {
-        let time_seconds = seconds(bench.now());
-        let why: Option<&dyn Why> = bench.find(address)?.description.why();
+    let found = place.line.asking.ask(move |lent| {
+        let time_seconds = seconds(lent.now());
+        let why: Option<&dyn Why> = lent.find(address)?.description.why();
         let text = why.map_or_else(|| "it has no drive that could move".into(), |why| format!("{why}"));
         Ok(Json(StationWhy { time_seconds, address, reasons: Reasons::of(why), text }))
     });

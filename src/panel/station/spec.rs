@@ -7,42 +7,20 @@ use axum::extract::State as Shared;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::Deserialize;
-use utoipa::openapi::RefOr;
-use utoipa::openapi::schema::{ObjectBuilder, OneOfBuilder, Schema, SchemaType, Type};
-use utoipa::{PartialSchema, ToSchema};
 
 use super::Summary;
 use crate::host::fault::BusKind;
 use crate::host::list::{DEVICES, Device, Given, Group, Spec, Takes};
+#[cfg(test)]
+use crate::panel::description::Problems;
 use crate::panel::line::{Line, Lines};
-use crate::panel::problem::{Body, Problem, Problems};
+use crate::panel::problem::{Body, Problem};
 
 /// A station to add: `{"address": 6, "device": "ag03-1"}` with what else is chosen about it, or `{"drive": {..}}`,
 /// `{"ppo-drive": {..}}`, `{"station": {..}}`, `{"node": {..}}` as in a line file; `line` where there are several.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(transparent)]
 pub(in crate::panel) struct NewStation(Given);
-
-impl ToSchema for NewStation {}
-
-impl PartialSchema for NewStation {
-    fn schema() -> RefOr<Schema> {
-        let text = || ObjectBuilder::new().schema_type(Type::String);
-        let address = ObjectBuilder::new().schema_type(Type::Integer).minimum(Some(0)).maximum(Some(127));
-        let named = ObjectBuilder::new()
-            .property("line", text())
-            .property("address", address)
-            .required("address")
-            .property("device", text().enum_values(Some(DEVICES.iter().map(Device::name))))
-            .required("device");
-        let grouped = Group::ALL.into_iter().fold(OneOfBuilder::new().item(named), |all, group| {
-            let one = ObjectBuilder::new().schema_type(SchemaType::Type(Type::Object));
-            let one = one.property("line", text()).property(group.name(), group.open_api());
-            all.item(one.required(group.name()))
-        });
-        grouped.into()
-    }
-}
 
 impl NewStation {
     /// The name of its line.
@@ -104,8 +82,8 @@ impl NewStation {
 /// Adds a station
 ///
 /// A new one with factory settings, or, where memories are kept, the one of this device that had this address.
-#[utoipa::path(post, path = "/api/v1/stations", tag = "stations", request_body = NewStation,
-    responses((status = 201, body = Summary, headers(("location" = String, description = "Where its state is"))), Problems))]
+#[cfg_attr(test, utoipa::path(post, path = "/api/v1/stations", tag = "stations", request_body = NewStation,
+    responses((status = 201, body = Summary, headers(("location" = String, description = "Where its state is"))), Problems)))]
 pub(in crate::panel) async fn add(
     Shared(lines): Shared<Lines>,
     Body(new): Body<NewStation>,
@@ -116,9 +94,9 @@ pub(in crate::panel) async fn add(
     };
     let spec = new.spec(line.kind)?;
     let name = line.name.clone();
-    let summary = line.asking.ask(move |bench| {
-        let address = bench.add(spec)?;
-        Ok::<_, Problem>((address, Summary::of(&name, bench, address)))
+    let summary = line.asking.ask(move |lent| {
+        let address = lent.add(spec)?;
+        Ok::<_, Problem>((address, Summary::of(&name, lent, address)))
     });
     let (address, summary) = summary.await??;
     let location = format!("/api/v1/lines/{}/stations/{address}", line.name);

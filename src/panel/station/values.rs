@@ -1,15 +1,13 @@
 //! Values, words, process data and the history of a station as JSON.
 
 use serde::{Serialize, Serializer};
-use utoipa::openapi::RefOr;
-use utoipa::openapi::schema::{ObjectBuilder, Schema, SchemaType, Type};
-use utoipa::{PartialSchema, ToSchema};
 
 use crate::explain;
 use crate::face::description::{self, Amount, Curve, Exchange, ExchangeEntry, Group, Value};
 
 /// A value of a device.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(in crate::panel) struct ValueState {
     /// A name that stays, for programs.
     key: &'static str,
@@ -36,7 +34,8 @@ const fn is_false(flag: &bool) -> bool {
 }
 
 /// What a value is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 enum GroupName {
     Motion,
@@ -55,15 +54,6 @@ pub(in crate::panel) enum AmountState {
     Text(String),
 }
 
-impl PartialSchema for AmountState {
-    fn schema() -> RefOr<Schema> {
-        let kinds = [Type::Number, Type::Boolean, Type::String, Type::Null];
-        ObjectBuilder::new().schema_type(SchemaType::from_iter(kinds)).into()
-    }
-}
-
-impl ToSchema for AmountState {}
-
 impl Serialize for AmountState {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
@@ -77,19 +67,21 @@ impl Serialize for AmountState {
 }
 
 /// A word of bits.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(in crate::panel) struct WordState {
     /// A name that stays, for programs: `stw`, `6041`.
     pub(in crate::panel) key: String,
     pub(in crate::panel) name: String,
-    #[schema(minimum = 0, maximum = 65535)]
+    #[cfg_attr(test, schema(minimum = 0, maximum = 65535))]
     pub(in crate::panel) value: u16,
     /// Bit 0 first.
     pub(in crate::panel) bits: Vec<BitState>,
 }
 
 /// One bit with what it means now.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(in crate::panel) struct BitState {
     pub(in crate::panel) bit: u8,
     pub(in crate::panel) set: bool,
@@ -108,7 +100,8 @@ pub(in crate::panel) struct BitState {
 }
 
 /// Octets that master and device exchange.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(in crate::panel) struct Process {
     /// A name that stays, for programs: `outputs`, `TPDO1`, `slot1 inputs`.
     pub(in crate::panel) key: String,
@@ -128,7 +121,8 @@ pub(in crate::panel) struct Process {
 }
 
 /// A value in octets that are exchanged.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(in crate::panel) struct Entry {
     name: String,
     /// An object, or octets.
@@ -138,7 +132,8 @@ pub(in crate::panel) struct Entry {
 }
 
 /// Something that a device remembers.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(in crate::panel) struct Past {
     pub(in crate::panel) code: String,
     pub(in crate::panel) text: String,

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use axum::body::Bytes;
 use serde::Serialize;
-use utoipa::ToSchema;
 
 use super::super::station::{ReasonText, seconds};
 use super::feed::Told;
@@ -16,7 +15,8 @@ use crate::profibus::fdl::Address;
 use crate::time::Instant;
 
 /// What happened, in words.
-#[derive(Clone, Debug, Serialize, ToSchema)]
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(in crate::panel) struct NewsEvent {
     /// Counts up since the process was started; `null`: the last news of a stream.
     number: Option<u64>,
@@ -34,7 +34,8 @@ pub(in crate::panel) struct NewsEvent {
 }
 
 /// How much an event matters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 enum ClassName {
     Fault,
@@ -45,7 +46,8 @@ enum ClassName {
 }
 
 /// A request of the master that a station refused, and why.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(in crate::panel) struct LastRefusal {
     time_seconds: f64,
     /// One line: the request and every unmet condition.
@@ -57,7 +59,8 @@ pub(in crate::panel) struct LastRefusal {
 }
 
 /// A telegram or a frame in words.
-#[derive(Clone, Debug, Serialize, ToSchema)]
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(in crate::panel) struct TelegramEvent {
     time_seconds: f64,
     line: String,
@@ -72,7 +75,8 @@ pub(in crate::panel) struct TelegramEvent {
 }
 
 /// Whether a telegram is in order.
-#[derive(Clone, Copy, Debug, Serialize, ToSchema)]
+#[derive(Clone, Copy, Debug, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 enum MarkName {
     /// In order.
@@ -86,7 +90,8 @@ enum MarkName {
 }
 
 /// Which way a telegram went.
-#[derive(Clone, Copy, Debug, Serialize, ToSchema)]
+#[derive(Clone, Copy, Debug, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 enum DirectionName {
     /// Of a master or another station.
@@ -133,7 +138,8 @@ impl ClassName {
 }
 
 /// What a subscriber did not get because it read too slowly, since it was told last.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(in crate::panel) struct Lost {
     pub(in crate::panel) states: u64,
     pub(in crate::panel) news: u64,

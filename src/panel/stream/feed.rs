@@ -169,7 +169,7 @@ impl Feed {
     }
 
     /// While telegrams are watched: what has changed of the settings, before the telegrams that come with them.
-    pub(in crate::panel) fn settings(&self, bench: &dyn OnLine, sent: &mut SentSettings) {
+    pub(in crate::panel) fn settings(&self, lent: &dyn OnLine, sent: &mut SentSettings) {
         if !self.shared.watchers.any() {
             return;
         }
@@ -177,15 +177,15 @@ impl Feed {
         if sent.wanted != wanted {
             *sent = SentSettings { wanted, ..SentSettings::default() };
         }
-        for address in bench.addresses() {
+        for address in lent.addresses() {
             // Without room they are sent the next time.
-            if let Some(known) = bench.known(address)
+            if let Some(known) = lent.known(address)
                 && sent.known.get(&address) != Some(&known)
                 && self.ring.try_send(Entry::Known(address, known)).is_ok()
             {
                 sent.known.insert(address, known);
             }
-            if let Some(words) = bench.words(address)
+            if let Some(words) = lent.words(address)
                 && sent.words.get(&address) != Some(&words.name)
                 && self.ring.try_send(Entry::Words(address, words)).is_ok()
             {

@@ -122,7 +122,7 @@ impl Hub {
         loop {
             sleep(EVERY).await;
             // A line without time is sampled the next time.
-            if let Ok(sampled) = asking.ask(|bench| Sampled::of(bench)).await {
+            if let Ok(sampled) = asking.ask(|lent| Sampled::of(lent)).await {
                 self.drained().history.samples.keep(sampled);
             }
         }

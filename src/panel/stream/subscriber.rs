@@ -128,9 +128,9 @@ impl Subscriber {
             return Ok(Look::There(sent.stations(stations)));
         };
         let (states, address, name) = (self.wanted.states, place.address, place.line.name.clone());
-        let found = place.line.asking.ask(move |bench| match bench.station(address) {
-            Some(_) => Ok(states.then(|| State::of(&name, bench, address).map(Box::new)).flatten()),
-            None => Err(bench.now()),
+        let found = place.line.asking.ask(move |lent| match lent.station(address) {
+            Some(_) => Ok(states.then(|| State::of(&name, lent, address).map(Box::new)).flatten()),
+            None => Err(lent.now()),
         });
         Ok(match found.await? {
             Ok(Some(mut state)) => {

@@ -196,11 +196,8 @@ impl Channel {
 
 /// Which way a channel goes, seen from the master.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "panel",
-    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
-    serde(rename_all = "snake_case")
-)]
+#[cfg_attr(feature = "panel", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+#[cfg_attr(all(test, feature = "panel"), derive(utoipa::ToSchema))]
 #[repr(u8)]
 pub enum Direction {
     /// Slave to master.
@@ -213,11 +210,8 @@ pub enum Direction {
 
 /// How wide a channel is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "panel",
-    derive(serde::Serialize, serde::Deserialize, utoipa::ToSchema),
-    serde(rename_all = "snake_case")
-)]
+#[cfg_attr(feature = "panel", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+#[cfg_attr(all(test, feature = "panel"), derive(utoipa::ToSchema))]
 #[repr(u8)]
 #[expect(missing_docs, reason = "the names say it")]
 pub enum Width {

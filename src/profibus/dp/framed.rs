@@ -97,7 +97,7 @@ impl<A: Application> Framed<A> {
     pub fn handle_bytes(&mut self, now: Instant, octets: &[u8]) -> bool {
         let Self { framer, part } = self;
         let mut heard = false;
-        framer.receive(now, octets, |at, result| {
+        framer.handle_bytes(now, octets, |at, result| {
             heard = true;
             part.hear(at, result);
         });
@@ -164,7 +164,7 @@ impl<A: Application> Part<A> {
     fn hear(&mut self, at: Instant, result: Result<Telegram<'_>, FrameError>) {
         match result {
             Ok(telegram) => {
-                if let Some(event) = self.station.receive(at, &telegram).event {
+                if let Some(event) = self.station.handle_telegram(at, &telegram).event {
                     self.push(News::Dp(event));
                 }
             }
@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn a_damaged_octet_spoils_its_telegram_once_and_no_other() {
+    fn a_damaged_octet_invalidates_its_telegram_once_and_no_other() {
         for place in 0..SLAVE_DIAG.len() {
             let mut slave = slave();
             let (end, _) = hear(&mut slave, 1_000_000, SLAVE_DIAG.get(..place).unwrap());

@@ -81,7 +81,7 @@ impl ProcessData {
     }
 
     /// Data_Exchange brought outputs.
-    pub(super) fn receive(&mut self, outputs: &[u8]) {
+    pub(super) fn take_outputs(&mut self, outputs: &[u8]) {
         if self.sync_mode() {
             self.waiting_outputs.copy(outputs);
         } else {

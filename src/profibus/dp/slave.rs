@@ -461,7 +461,7 @@ impl<A: Application> Slave<A> {
         if usize::from(expected) == got {
             self.state = self.state.on(Stimulus::Outputs);
             self.safe_state = false;
-            self.process_data.receive(request.data);
+            self.process_data.take_outputs(request.data);
             let reply = self.with_priority(self.process_data.inputs());
             return Handled { exchanged: true, ..Handled::reply(reply) };
         }

@@ -12,9 +12,9 @@
 //! let application = Fixed { configurations: &[&[0x23, 0x13]], ..Fixed::PLAIN };
 //! let mut station = Station::new(Address::station(5)?, BaudRate::K500, None, description, application);
 //! let mut framer = Framer::new(Resync::SCAN);
-//! framer.receive(Instant::ZERO, &[0x10, 0x05, 0x02, 0x49, 0x50, 0x16], |at, result| {
+//! framer.handle_bytes(Instant::ZERO, &[0x10, 0x05, 0x02, 0x49, 0x50, 0x16], |at, result| {
 //!     if let Ok(telegram) = result {
-//!         station.receive(at, &telegram);
+//!         station.handle_telegram(at, &telegram);
 //!     }
 //! });
 //! let due = station.poll_timeout().expect("a reply is waiting");
@@ -177,12 +177,12 @@ impl<A: Application> Station<A> {
 
     /// Takes a telegram whose last octet ended at `now`. At a rate that its description does not have a station hears
     /// nothing.
-    pub fn receive(&mut self, now: Instant, telegram: &Telegram<'_>) -> Outcome {
+    pub fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>) -> Outcome {
         if !self.knows_rate {
             return Outcome::default();
         }
         // By reference: a request is not copied.
-        match &self.fdl.receive(now, telegram) {
+        match &self.fdl.handle_telegram(now, telegram) {
             Reception::Ignored => Outcome::default(),
             Reception::Answered { sa } => {
                 match self.slave.policy().feeds_watchdog {

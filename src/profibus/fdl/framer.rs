@@ -100,7 +100,7 @@ impl Framer {
     /// Takes `octets`, the last of which ended at `now`, and hands over each telegram and each refusal in order,
     /// with the time its last octet was heard. A damaged telegram is one refusal, and so are octets without a start
     /// delimiter that follow each other. Telegrams that lie whole in `octets` are not copied.
-    pub fn receive(
+    pub fn handle_bytes(
         &mut self,
         now: Instant,
         octets: &[u8],
@@ -117,7 +117,7 @@ impl Framer {
         self.receive_pieces(now, octets, &mut sink);
     }
 
-    /// As [`Framer::receive`], for octets that may be anything.
+    /// As [`Framer::handle_bytes`], for octets that may be anything.
     #[inline(never)]
     fn receive_pieces(
         &mut self,

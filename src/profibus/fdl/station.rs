@@ -286,7 +286,7 @@ impl Station {
     /// late one would be credited to somebody else (`dp-v0.md` 2 rule 6).
     #[must_use = "a `DataWithReply` must be answered with `Station::reply`"]
     #[inline]
-    pub fn receive<'a>(&mut self, now: Instant, telegram: &Telegram<'a>) -> Reception<'a> {
+    pub fn handle_telegram<'a>(&mut self, now: Instant, telegram: &Telegram<'a>) -> Reception<'a> {
         let telegram = match telegram {
             Telegram::Data(telegram) => telegram,
             Telegram::Token { .. } => {
@@ -351,7 +351,7 @@ impl Station {
         }
     }
 
-    /// Answers the request that [`Station::receive`] has just handed over at `now`. The reply is sent by
+    /// Answers the request that [`Station::handle_telegram`] has just handed over at `now`. The reply is sent by
     /// [`Station::poll_transmit`] once min T_SDR has passed.
     ///
     /// Addresses and SAPs are mirrored. Data of more octets than [`Reply`] allows, or fewer, are answered with RR: the

@@ -82,7 +82,7 @@ pub fn decode(input: &[u8]) -> Decoded<'_> {
             }
         }
         Some(_) => {}
-        None => apart(),
+        None => unlikely(),
     }
     match *input {
         [SC, ..] => Decoded::Telegram { telegram: Telegram::ShortAcknowledge, len: 1 },
@@ -93,7 +93,7 @@ pub fn decode(input: &[u8]) -> Decoded<'_> {
 /// Where this is called the compiler puts the code behind all other: a token is then decoded without a jump.
 #[cold]
 #[inline]
-const fn apart() {}
+const fn unlikely() {}
 
 /// One telegram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

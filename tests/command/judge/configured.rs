@@ -32,8 +32,8 @@ impl Files {
 
 #[test]
 fn the_stations_of_a_line_file_are_those_of_the_master() {
-    let files = Files::new(&[("plant.toml", LINE)]);
-    let (capture, line, json) = (files.path("line.txt"), files.path("plant.toml"), files.path("v.json"));
+    let files = Files::new(&[("line.toml", LINE)]);
+    let (capture, line, json) = (files.path("line.txt"), files.path("line.toml"), files.path("v.json"));
     let more = ["--station", "9,ident=1234,cfg=2313,absent", "--only", "M-F06"];
     let (code, _, stderr) = run(&[&[&*capture, "--line", &line, "--json", &json][..], &more].concat());
     assert_eq!(code, Some(0), "{stderr}");

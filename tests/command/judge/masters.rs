@@ -183,14 +183,14 @@ fn a_master_that_cannot_be_operated_is_not_accused() {
     assert!(table.contains("the command of --ask failed: stop"), "{table}");
 }
 
-/// Every row with `PROFIDRIVE_LONG`.
+/// Every row with `PROFIDRIVE_EVERY_ROW`.
 #[test]
 fn a_correct_master_with_an_absent_station_passes_over_a_terminal() {
     let dir = TempDir::new().unwrap();
     let bus = dir.path().join("bus");
     let link = format!("pty:{}", text(&bus));
     let more = ["--station", "9,ident=1234,cfg=2313,absent", "--link", &link];
-    let all = std::env::var_os("PROFIDRIVE_LONG").is_some();
+    let all = std::env::var_os("PROFIDRIVE_EVERY_ROW").is_some();
     let rows: &[&str] = if all { &[] } else { &["--only", "M-C10,M-I03,M-T0*,M-E05"] };
     let (child, _, stdout) = start(&[STATIONS, &more, rows].concat());
     let begin = Instant::now();

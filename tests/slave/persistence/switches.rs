@@ -1,7 +1,7 @@
 //! The DIP switches: address and factory reset.
 
 use super::*;
-use crate::common::of_unit;
+use crate::drive_line::of_unit;
 
 #[test]
 fn the_address_switches_act_when_it_is_switched_on() {

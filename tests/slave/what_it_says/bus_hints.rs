@@ -6,7 +6,7 @@ use profidrive::host::can::{NodeWatch, Numbers};
 use profidrive::time::Instant;
 
 use super::row;
-use crate::said::compare;
+use crate::sentences::compare;
 
 #[test]
 fn hints_of_a_bus() {

@@ -4,8 +4,8 @@ use profidrive::devices::ag03::drive::Inputs;
 use profidrive::devices::ag03::param::Value;
 
 use super::row;
-use crate::said::compare;
-use crate::told::{CYCLE, Told};
+use crate::drive_log::{CYCLE, Told};
+use crate::sentences::compare;
 
 /// What the drive says to one control word after others.
 fn refused(before: &[(u16, i32)], stw: u16, setpoint: i32) -> Vec<String> {

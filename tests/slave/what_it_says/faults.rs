@@ -5,8 +5,8 @@ use std::time::Duration;
 use profidrive::devices::ag03::drive::{Fault, Inputs};
 
 use super::row;
-use crate::said::{Row, compare};
-use crate::told::{CYCLE, Told};
+use crate::drive_log::{CYCLE, Told};
+use crate::sentences::{Row, compare};
 
 /// A drive in this fault, operation was enabled.
 fn in_fault(fault: Fault) -> Told {

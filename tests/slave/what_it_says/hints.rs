@@ -6,9 +6,9 @@ use profidrive::devices::ag03::param::Value;
 use profidrive::devices::ag03::profibus::Config;
 
 use super::row;
-use crate::common::IDENT;
-use crate::said::compare;
-use crate::told::{CYCLE, Told, address};
+use crate::drive_line::IDENT;
+use crate::drive_log::{CYCLE, Told, address};
+use crate::sentences::compare;
 
 #[test]
 fn hints() {

@@ -8,8 +8,8 @@ use profidrive::face::Why;
 
 use super::row;
 use crate::ag03_node::Rig;
-use crate::said::compare;
-use crate::{ap10_device, asda};
+use crate::sentences::compare;
+use crate::{ap10_node, asda_a2_node};
 
 #[test]
 fn the_node() {
@@ -170,17 +170,17 @@ fn the_node() {
 
 #[test]
 fn other_devices() {
-    let ap10 = |act: fn(&mut ap10_device::Rig)| {
+    let ap10 = |act: fn(&mut ap10_node::Rig)| {
         move || {
-            let mut rig = ap10_device::Rig::operational();
+            let mut rig = ap10_node::Rig::operational();
             while rig.device.poll_event().is_some() {}
             act(&mut rig);
             std::iter::from_fn(|| rig.device.poll_event()).map(|event| event.to_string()).collect()
         }
     };
-    let asda = |act: fn(&mut asda::Rig)| {
+    let asda = |act: fn(&mut asda_a2_node::Rig)| {
         move || {
-            let mut rig = asda::Rig::full();
+            let mut rig = asda_a2_node::Rig::full();
             while rig.device.poll_event().is_some() {}
             act(&mut rig);
             std::iter::from_fn(|| rig.device.poll_event()).map(|event| event.to_string()).collect()

@@ -3,8 +3,8 @@
 use profidrive::devices::ag03::param::Value;
 
 use super::row;
-use crate::said::compare;
-use crate::told::{CYCLE, Told};
+use crate::drive_log::{CYCLE, Told};
+use crate::sentences::compare;
 
 /// What the drive says to one PKW job: PKE, IND, PWE.
 fn job(pke: u16, ind: u16, pwe: u32) -> Vec<String> {

@@ -7,9 +7,9 @@ use profidrive::profibus::fdl::{Framer, Resync};
 use profidrive::time::{BaudRate, Instant};
 
 use super::row;
-use crate::common::{CFG, IDENT, MASTER, telegram};
-use crate::said::compare;
-use crate::told::{CYCLE, PRM, Told, address};
+use crate::drive_line::{CFG, IDENT, MASTER, telegram};
+use crate::drive_log::{CYCLE, PRM, Told, address};
+use crate::sentences::compare;
 
 /// What a drive says to one request of its master.
 fn service(dsap: u8, data: &[u8]) -> Vec<String> {
@@ -186,11 +186,11 @@ fn slave_asked(da: u8, dsap: u8, data: &[u8]) -> Vec<String> {
         profidrive::profibus::fdl::Service::SrdHigh,
         profidrive::profibus::fdl::FrameCount::First,
     );
-    Framer::new(Resync::SCAN).receive(
+    Framer::new(Resync::SCAN).handle_bytes(
         Instant::ZERO,
         &telegram(da, MASTER, fc, Some(dsap), data),
         |at, result| {
-            let event = station.receive(at, &result.unwrap()).event.unwrap();
+            let event = station.handle_telegram(at, &result.unwrap()).event.unwrap();
             said.push(event.to_string());
         },
     );

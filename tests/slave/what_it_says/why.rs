@@ -6,9 +6,9 @@ use profidrive::devices::ag03::profibus::{Config, Device};
 use profidrive::face::Why;
 
 use super::row;
-use crate::common::MASTER;
-use crate::said::compare;
-use crate::told::{CYCLE, PRM, Told};
+use crate::drive_line::MASTER;
+use crate::drive_log::{CYCLE, PRM, Told};
+use crate::sentences::compare;
 
 fn line_of(device: &dyn Why) -> String {
     device.to_string()

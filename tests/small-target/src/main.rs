@@ -77,9 +77,9 @@ fn run() -> ! {
     let (framer, station) = unsafe { (*&raw mut SLAVE).write((Framer::new(Resync::Idle(baud)), station)) };
     loop {
         let now = Instant::from_nanos(nanos());
-        framer.receive(now, &[received()], |at, result| {
+        framer.handle_bytes(now, &[received()], |at, result| {
             if let Ok(telegram) = result {
-                station.receive(at, &telegram);
+                station.handle_telegram(at, &telegram);
             }
         });
         station.handle_timeout(now);

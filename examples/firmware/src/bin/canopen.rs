@@ -47,7 +47,7 @@ fn main() -> ! {
 
 /// A character of the master, which may end a line.
 fn hear(board: &mut Board, adapter: &mut Adapter, node: &mut Ag03Node, now: Instant, octet: u8) {
-    let Some(reaction) = adapter.receive(octet, true) else { return };
+    let Some(reaction) = adapter.handle_octet(octet, true) else { return };
     match reaction.effect {
         Some(Effect::Transmit(frame)) => {
             CanopenDevice::handle_frame(node, now, &frame);

@@ -16,7 +16,7 @@ const SERIAL_NUMBER: [u8; 4] = *b"PD01";
 
 /// An adapter as one master has it: closed at first, without time stamps.
 ///
-/// Give it every octet of the master with [`Adapter::receive`], and every frame of the bus with [`Adapter::frame`].
+/// Give it every octet of the master with [`Adapter::handle_octet`], and every frame of the bus with [`Adapter::frame`].
 #[derive(Clone, Debug)]
 pub struct Adapter {
     line: [u8; MAX_COMMAND],
@@ -140,7 +140,7 @@ impl Adapter {
     /// Takes one octet of the master. `room` says whether a frame could be sent now. `None`: the line goes on.
     ///
     /// Never panics; a line without end needs no memory.
-    pub fn receive(&mut self, octet: u8, room: bool) -> Option<Reaction> {
+    pub fn handle_octet(&mut self, octet: u8, room: bool) -> Option<Reaction> {
         match octet {
             LF => None,
             CR => {

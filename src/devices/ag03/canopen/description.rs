@@ -3,7 +3,7 @@
 use core::fmt;
 
 use super::Ag03Node;
-use crate::devices::ag03::description::{Looked, memory, tell_switches};
+use crate::devices::ag03::description::{Observed, memory, tell_switches};
 use crate::devices::ag03::drive::State;
 use crate::devices::ag03::param::{Lengths, Model, Parameter};
 use crate::devices::ag03::unit::DipSwitches;
@@ -11,10 +11,10 @@ use crate::face::Description;
 use crate::face::description::{Switches, Value};
 
 impl Ag03Node {
-    fn looked(&self) -> Looked<'_> {
+    fn observed(&self) -> Observed<'_> {
         let pitch = self.unit().parameters().value(Parameter::SpindlePitch);
         let released = self.status().state == State::VelocityTravelling;
-        Looked {
+        Observed {
             model: Model::Ag03_1,
             drive: self.unit().drive(),
             status: self.status(),
@@ -30,15 +30,15 @@ impl Description for Ag03Node {
     }
 
     fn tell_fault(&self, tell: &mut dyn FnMut(&dyn fmt::Display, &dyn fmt::Display)) {
-        self.looked().tell_fault(tell);
+        self.observed().tell_fault(tell);
     }
 
     fn say_warning(&self, say: &mut dyn FnMut(&dyn fmt::Display)) {
-        self.looked().say_warning(say);
+        self.observed().say_warning(say);
     }
 
     fn each_value(&self, tell: &mut dyn FnMut(Value<'_>)) {
-        self.looked().each_value(tell);
+        self.observed().each_value(tell);
     }
 
     fn tell_switches(&self, tell: &mut dyn FnMut(Switches<'_>)) {

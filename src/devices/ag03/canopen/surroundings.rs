@@ -14,6 +14,8 @@ const CONTROL_WORD: Address = Address::new(0x6040, 0);
 const STATUS_WORD: Address = Address::new(0x6041, 0);
 
 impl BehindBus for Ag03Node {
+    const BOTH_MODELS: bool = false;
+
     fn unit(&self) -> &Unit {
         Self::unit(self)
     }

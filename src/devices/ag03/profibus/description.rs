@@ -5,7 +5,7 @@ use core::fmt;
 use super::bits::{Role, bits};
 use super::job::Values;
 use super::{Device, DipSwitches, Power, bits, words};
-use crate::devices::ag03::description::{Looked, each_past, length, memory, state, tell_switches};
+use crate::devices::ag03::description::{Observed, each_past, length, memory, state, tell_switches};
 use crate::devices::ag03::drive::{Fault, Mode, State};
 use crate::devices::ag03::param::{
     self, Access, Entry, Kind, Lengths, ParamError, Pnu, Subindex, Unit, Width, WritableWhen,
@@ -39,9 +39,9 @@ impl Device {
         Outputs::new(self.slave().outputs().first_chunk().unwrap_or(NO_OUTPUTS))
     }
 
-    fn looked(&self) -> Looked<'_> {
+    fn observed(&self) -> Observed<'_> {
         let released = self.status().state == State::VelocityTravelling;
-        Looked {
+        Observed {
             model: self.config().model,
             drive: self.drive(),
             status: self.status(),
@@ -188,15 +188,15 @@ impl Description for Device {
     }
 
     fn tell_fault(&self, tell: &mut dyn FnMut(&dyn fmt::Display, &dyn fmt::Display)) {
-        self.looked().tell_fault(tell);
+        self.observed().tell_fault(tell);
     }
 
     fn say_warning(&self, say: &mut dyn FnMut(&dyn fmt::Display)) {
-        self.looked().say_warning(say);
+        self.observed().say_warning(say);
     }
 
     fn each_value(&self, tell: &mut dyn FnMut(Value<'_>)) {
-        self.looked().each_value(tell);
+        self.observed().each_value(tell);
     }
 
     fn each_word(&self, tell: &mut dyn FnMut(Word<'_>)) {

@@ -364,7 +364,7 @@ impl Device {
         part.advance(now);
         if part.unit.is_working() {
             // What a scan finds among octets whose rest did not come counts from now: for the drive part, time has passed.
-            framer.receive(now, octets, |_, result| part.hear(now, result));
+            framer.handle_bytes(now, octets, |_, result| part.hear(now, result));
         }
         part.news
     }

@@ -154,7 +154,7 @@ impl Parts {
             Ok(telegram) => telegram,
             Err(error) => return self.events.push(StationEvent::TelegramRefused(error)),
         };
-        let outcome = self.station.receive(now, &telegram);
+        let outcome = self.station.handle_telegram(now, &telegram);
         if let Some(event) = outcome.event {
             self.events.push(StationEvent::Dp(event));
         }

@@ -11,6 +11,8 @@ use crate::profibus::dp;
 use crate::time::Instant;
 
 impl BehindBus for Device {
+    const BOTH_MODELS: bool = true;
+
     fn unit(&self) -> &Unit {
         Self::unit(self)
     }

@@ -227,7 +227,7 @@ impl<A: Application> PpoDrive<A> {
         news: &mut dyn FnMut(StationEvent),
     ) {
         self.advance(now, news);
-        if let Some(event) = self.station.receive(now, telegram).event {
+        if let Some(event) = self.station.handle_telegram(now, telegram).event {
             news(StationEvent::Dp(event));
         }
         self.wake(now);

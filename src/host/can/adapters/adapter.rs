@@ -130,7 +130,7 @@ impl Adapter {
         if octet == slcan::CR {
             self.note(bus);
         }
-        let Some(reaction) = self.machine.receive(octet, bus.has_room(self.seat)) else {
+        let Some(reaction) = self.machine.handle_octet(octet, bus.has_room(self.seat)) else {
             return Ok(());
         };
         let name = &self.name;

@@ -139,9 +139,9 @@ impl<E: 'static> Occupant<E> {
     }
 
     /// Takes a frame of another station.
-    pub(super) fn receive(&mut self, now: Instant, frame: &Frame) {
+    pub(super) fn handle_frame(&mut self, now: Instant, frame: &Frame) {
         match &mut self.station {
-            Station::Participant(participant) => participant.receive(now, frame),
+            Station::Participant(participant) => participant.handle_frame(now, frame),
             Station::Port { heard, listens, .. } => {
                 if *listens && !push_bounded(heard, MAX_HEARD, Heard { at: now, frame: *frame }) {
                     self.notes.overruns += 1;

@@ -51,7 +51,7 @@ impl Echo {
 impl CanParticipant for Echo {
     type Event = u8;
 
-    fn receive(&mut self, _: Instant, frame: &Frame) {
+    fn handle_frame(&mut self, _: Instant, frame: &Frame) {
         self.heard += 1;
         if let Id::Base(id) = frame.id() {
             self.queue.push_back(super::tests::frame(id.number() + 1));
@@ -279,7 +279,7 @@ fn frames_are_lost_late_and_doubled() {
         let ids: Vec<_> = heard(&mut bus, other).iter().map(|frame| frame.id().number()).collect();
         assert_eq!(ids, expected, "{kind}");
         assert_eq!(heard(&mut bus, one), [], "{kind}: nobody hears himself, not even late");
-        assert_eq!(bus.faults_mut().iter().map(|(.., struck)| struck).sum::<u32>(), 1);
+        assert_eq!(bus.faults_mut().iter().map(|(.., injected)| injected).sum::<u32>(), 1);
     }
 }
 
@@ -306,7 +306,7 @@ fn a_process_that_slept_for_an_hour_goes_on_at_once() {
     struct Ticker(Instant, u32);
     impl CanParticipant for Ticker {
         type Event = u8;
-        fn receive(&mut self, _: Instant, _: &Frame) {}
+        fn handle_frame(&mut self, _: Instant, _: &Frame) {}
         fn handle_timeout(&mut self, now: Instant) {
             if now >= self.0 {
                 self.0 = now.saturating_add(Duration::from_millis(1));

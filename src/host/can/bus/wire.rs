@@ -88,7 +88,7 @@ impl<E: 'static> Bus<E> {
             (Strike::Damage(damage), Sender::Seat(seat)) => {
                 return self.end_damaged(now, seat, frame, damage);
             }
-            // What a fault sends is not struck again.
+            // What a fault sends gets no second fault.
             (Strike::Damage(_) | Strike::None, _) => self.deliver(now, of, &frame),
             (Strike::Lose, _) => {}
             (Strike::Delay(delay), _) => {
@@ -124,7 +124,7 @@ impl<E: 'static> Bus<E> {
             if seat == from || occupant.confinement.state() == ErrorState::BusOff {
                 continue;
             }
-            occupant.receive(now, frame);
+            occupant.handle_frame(now, frame);
             if occupant.confinement.receive_errors() > 0 {
                 self.change_confinement(now, seat, super::Confinement::received);
             }

@@ -33,7 +33,7 @@ pub(crate) enum ShapeFault {
     WrongLength,
     /// Of which station; `None`: of the next one.
     WrongSource(Option<Address>),
-    DiagStorm,
+    DiagAnnounced,
     FunctionCode(u8),
     ShortAck,
     InputLength(u8),
@@ -71,7 +71,7 @@ pub(super) fn shaped(fault: ShapeFault, octets: &[u8], occasion: Occasion) -> Op
             let sa = of.unwrap_or(next(telegram.sa));
             Some(encoded(&DataTelegram { sa, ..telegram }))
         }
-        ShapeFault::DiagStorm => {
+        ShapeFault::DiagAnnounced => {
             let fc = FunctionCode::response(ReplyStatus::DataHigh);
             Some(encoded(&DataTelegram { fc, ..inputs(octets)? }))
         }

@@ -16,7 +16,7 @@ enum Heard {
 
 fn hear(framer: &mut Framer, now: Instant, octets: &[u8]) -> Vec<Heard> {
     let mut heard = Vec::new();
-    framer.receive(now, octets, |_, result| heard.push(noted(result)));
+    framer.handle_bytes(now, octets, |_, result| heard.push(noted(result)));
     heard
 }
 
@@ -163,7 +163,7 @@ fn clearing_forgets_the_unfinished_telegram() {
 fn a_short_acknowledge_and_a_token_are_telegrams() {
     let mut framer = Framer::new(Resync::SCAN);
     let mut kinds = Vec::new();
-    framer.receive(Instant::ZERO, &[0xE5, 0xDC, 2, 3], |_, result| {
+    framer.handle_bytes(Instant::ZERO, &[0xE5, 0xDC, 2, 3], |_, result| {
         kinds.push(match result.unwrap() {
             Telegram::ShortAcknowledge => 1,
             Telegram::Token { da, sa } if (da, sa) == (Address::from_octet(2), Address::from_octet(3)) => 4,

@@ -31,7 +31,7 @@ fn diagnosis(fc: u8) -> Vec<u8> {
 /// Hands `octets` to the station; a request that reaches the layer above is counted and answered with INPUTS.
 fn exchange(station: &mut Station, now: Instant, octets: &[u8], served: &mut u32) -> Option<Vec<u8>> {
     let Decoded::Telegram { telegram, .. } = decode(octets) else { panic!("{octets:02X?}") };
-    match station.receive(now, &telegram) {
+    match station.handle_telegram(now, &telegram) {
         Reception::DataWithReply(request) => {
             *served += 1;
             station.reply(now, &request, Reply::DataLow(&INPUTS));
@@ -183,7 +183,7 @@ fn p_07_no_reply_before_min_tsdr() {
             let now = Instant::from_millis(3);
             let octets = diagnosis(0x6D);
             let Decoded::Telegram { telegram, .. } = decode(&octets) else { panic!() };
-            let Reception::DataWithReply(request) = station.receive(now, &telegram) else { panic!() };
+            let Reception::DataWithReply(request) = station.handle_telegram(now, &telegram) else { panic!() };
             station.reply(now, &request, Reply::ShortAcknowledge);
             let due = now.saturating_add(baud.bit_times(bits));
             assert_eq!(station.poll_timeout(), Some(due));
@@ -200,7 +200,9 @@ fn t_02_a_reply_whose_time_is_over_is_dropped_and_said() {
     let mut station = station();
     let octets = diagnosis(0x6D);
     let Decoded::Telegram { telegram, .. } = decode(&octets) else { panic!() };
-    let Reception::DataWithReply(request) = station.receive(Instant::ZERO, &telegram) else { panic!() };
+    let Reception::DataWithReply(request) = station.handle_telegram(Instant::ZERO, &telegram) else {
+        panic!()
+    };
     station.reply(Instant::ZERO, &request, Reply::ShortAcknowledge);
     let limit = Duration::from_micros(200);
     let after = Duration::from_micros(201);
@@ -215,7 +217,9 @@ fn a_min_tsdr_set_beyond_max_tsdr_delays_replies_and_does_not_forbid_them() {
     let octets = diagnosis(0x6D);
     let Decoded::Telegram { telegram, .. } = decode(&octets) else { panic!() };
     for late in [Duration::from_micros(510), Duration::from_micros(710), Duration::from_micros(711)] {
-        let Reception::DataWithReply(request) = station.receive(Instant::ZERO, &telegram) else { panic!() };
+        let Reception::DataWithReply(request) = station.handle_telegram(Instant::ZERO, &telegram) else {
+            panic!()
+        };
         station.reply(Instant::ZERO, &request, Reply::ShortAcknowledge);
         let now = Instant::ZERO.saturating_add(late);
         assert_eq!(station.poll_transmit(now).is_ok(), late.as_micros() <= 710, "{late:?}");
@@ -227,11 +231,11 @@ fn a_new_request_on_the_line_ends_the_time_of_the_old_reply() {
     let mut station = station();
     let octets = diagnosis(0x6D);
     let Decoded::Telegram { telegram: first, .. } = decode(&octets) else { panic!() };
-    let Reception::DataWithReply(request) = station.receive(Instant::ZERO, &first) else { panic!() };
+    let Reception::DataWithReply(request) = station.handle_telegram(Instant::ZERO, &first) else { panic!() };
     station.reply(Instant::ZERO, &request, Reply::ShortAcknowledge);
     let foreign = telegram(9, MASTER, 0x49, None, &[]);
     let Decoded::Telegram { telegram: foreign, .. } = decode(&foreign) else { panic!() };
-    assert_eq!(station.receive(Instant::from_micros(10), &foreign), Reception::Ignored);
+    assert_eq!(station.handle_telegram(Instant::from_micros(10), &foreign), Reception::Ignored);
     assert_eq!(station.poll_timeout(), None);
 }
 
@@ -242,7 +246,9 @@ fn f_21_the_longest_reply_fits_and_a_longer_one_becomes_no_resource() {
     let data = [0x5A; 245];
     for (len, expected) in [(244, 255), (245, 6), (0, 6)] {
         let mut station = station();
-        let Reception::DataWithReply(request) = station.receive(Instant::ZERO, &telegram) else { panic!() };
+        let Reception::DataWithReply(request) = station.handle_telegram(Instant::ZERO, &telegram) else {
+            panic!()
+        };
         station.reply(Instant::ZERO, &request, Reply::DataLow(&data[..len]));
         let reply = station.poll_transmit(Instant::from_micros(22)).unwrap().unwrap();
         assert_eq!(reply.len(), expected, "{len} octets");
@@ -266,7 +272,9 @@ fn each_reply_has_its_telegram() {
         (Reply::ShortAcknowledge, vec![0xE5]),
     ] {
         let mut station = station();
-        let Reception::DataWithReply(request) = station.receive(Instant::ZERO, &asked) else { panic!() };
+        let Reception::DataWithReply(request) = station.handle_telegram(Instant::ZERO, &asked) else {
+            panic!()
+        };
         station.reply(Instant::ZERO, &request, reply);
         assert_eq!(station.poll_transmit(Instant::from_micros(22)), Ok(Some(&expected[..])), "{reply:?}");
     }

@@ -7,7 +7,7 @@ use crate::can_bus::can::{Frame, Id};
 fn play(adapter: &mut Adapter, octets: &[u8]) -> (Vec<u8>, Vec<Effect>) {
     let (mut read, mut effects) = (Vec::new(), Vec::new());
     for octet in octets {
-        if let Some(reaction) = adapter.receive(*octet, true) {
+        if let Some(reaction) = adapter.handle_octet(*octet, true) {
             read.extend_from_slice(reaction.answer.as_octets());
             effects.extend(reaction.effect);
             assert_eq!(reaction.answer == Answer::REFUSED, reaction.refusal.is_some());
@@ -110,7 +110,8 @@ fn a_frame_without_room_is_refused_and_flagged() {
     let mut adapter = opened();
     let mut answers = Vec::new();
     for octet in b"t1230\r\n" {
-        answers.extend(adapter.receive(*octet, false).map(|reaction| (reaction.answer, reaction.refusal)));
+        answers
+            .extend(adapter.handle_octet(*octet, false).map(|reaction| (reaction.answer, reaction.refusal)));
     }
     assert_eq!(answers, [(Answer::REFUSED, Some(Refusal::Full))]);
     assert_eq!(read(&mut adapter, b"F\r"), b"F02\r");

@@ -25,10 +25,10 @@ fn decode(octets: &[u8]) -> Result<Image, ImageError> {
 
 /// The image with other octets from `at` on, and a checksum that holds.
 fn forged(at: usize, octets: &[u8]) -> ImageOctets {
-    spoiled(sample(), at, octets)
+    changed(sample(), at, octets)
 }
 
-fn spoiled(image: Image, at: usize, octets: &[u8]) -> ImageOctets {
+fn changed(image: Image, at: usize, octets: &[u8]) -> ImageOctets {
     let mut image = image.encode();
     image[at..at + octets.len()].copy_from_slice(octets);
     let end = image.len() - 4;
@@ -78,7 +78,7 @@ fn the_settings_of_a_bus_lie_behind_the_encoder_in_version_2() {
     for count in [0, 2, 4, 129, 255] {
         assert!(
             matches!(
-                decode(&spoiled(with_bus(), 138, &[count])),
+                decode(&changed(with_bus(), 138, &[count])),
                 Err(ImageError::Image(image::ImageError::Length { .. }))
             ),
             "{count}"

@@ -138,7 +138,7 @@ fn are_answered_as_the_manuals_say() {
                     0 => Pkw::ZERO,
                     1.. => Pkw::new(Pke::from_raw(id << 12 | pnu), Ind::from_raw(ind), pwe),
                 };
-                let outcome = Bench::new(model, gear).cycle(request);
+                let outcome = Rig::new(model, gear).cycle(request);
                 assert_eq!(outcome.reply, reply, "{model}, gear {gear}, request {request}");
                 assert_eq!(outcome.refusal.is_some(), id == 7);
                 cases += 1;

@@ -92,7 +92,7 @@ impl TestMaster {
             |to: u8, from: u8, fc: u8| vec![0x10, to, from, fc, to.wrapping_add(from).wrapping_add(fc), 0x16];
         let poll = |to: u8| short(to, own, 0x49);
         let token = |to: u8| vec![0xDC, to, own];
-        let spoilt = |at: usize| {
+        let broken = |at: usize| {
             let mut octets = self.control(0, 0);
             octets[at] ^= 0x01;
             octets
@@ -101,8 +101,8 @@ impl TestMaster {
         let octets = match self.mistake? {
             Mistake::Strangers => self.telegram(99, Some(61), first, &[0x88, 1, 1, 11, 0, 1, 0]),
             Mistake::SendsSc => vec![0xE5],
-            Mistake::BrokenLength => spoilt(2),
-            Mistake::WrongEnd => spoilt(self.control(0, 0).len() - 1),
+            Mistake::BrokenLength => broken(2),
+            Mistake::WrongEnd => broken(self.control(0, 0).len() - 1),
             Mistake::EmptySd2 => {
                 let sum = 99_u8.wrapping_add(own).wrapping_add(0x49);
                 vec![0x68, 3, 3, 0x68, 99, own, 0x49, sum, 0x16]

@@ -88,7 +88,7 @@ impl TestMaster {
         self.react(turn, status, &data);
         let slave = &self.slaves[turn];
         let stays = match self.mistake {
-            Some(Mistake::StarvesInStorm) => asked_diag || slave.wants_diag,
+            Some(Mistake::StarvesAtDh) => asked_diag || slave.wants_diag,
             Some(Mistake::WaitsForReady) => slave.state == State::Diag2 && slave.not_ready > 0,
             _ => false,
         };
@@ -267,17 +267,17 @@ impl TestMaster {
                     Some(Mistake::IgnoresEmptyHigh) => len > 0,
                     _ => true,
                 };
-                slave.spoilt = 0;
+                slave.wrong_replies = 0;
             }
             None if inputs == 0 && mistake == Some(Mistake::RejectsSc) => slave.restart(mistake),
-            None if inputs == 0 => slave.spoilt = 0,
+            None if inputs == 0 => slave.wrong_replies = 0,
             None if mistake == Some(Mistake::IgnoresSc) => {}
-            None => slave.spoil(),
-            Some(_) if len == inputs => slave.spoilt = 0,
+            None => slave.count_wrong_reply(),
+            Some(_) if len == inputs => slave.wrong_replies = 0,
             Some(_) if len < inputs && mistake == Some(Mistake::IgnoresFewInputs) => {}
             Some(_) if mistake == Some(Mistake::DiesOnLength) => self.dead = true,
             Some(_) if mistake == Some(Mistake::IgnoresLength) => {}
-            Some(_) => slave.spoil(),
+            Some(_) => slave.count_wrong_reply(),
         }
     }
 }

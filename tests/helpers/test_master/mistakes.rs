@@ -253,7 +253,7 @@ mistakes! {
     /// A reply of high priority without data is ignored.
     IgnoresEmptyHigh ["M-D11"]
     /// While a slave announces diagnoses it asks no other.
-    StarvesInStorm ["M-D14"]
+    StarvesAtDh ["M-D14"]
     /// Empty Data_Exchange in CLEAR to a slave without Fail_Safe.
     EmptyInClear ["M-O06"]
     /// Auto_Clear is configured, and CLEAR does not come.

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::common::{IDENT, Line};
+use crate::drive_line::{IDENT, Line};
 use profidrive::devices::StationEvent;
 use profidrive::devices::ag03::drive::Inputs;
 use profidrive::devices::ag03::param::{Pnu, Value};

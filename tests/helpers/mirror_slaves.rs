@@ -58,8 +58,8 @@ impl Participant for Mirror {
     fn set_baud(&mut self, baud: BaudRate) {
         self.station.set_baud(baud);
     }
-    fn receive(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent)) {
-        let outcome = self.station.receive(now, telegram);
+    fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent)) {
+        let outcome = self.station.handle_telegram(now, telegram);
         if let Some(event) = outcome.event {
             news(StationEvent::Dp(event));
         }

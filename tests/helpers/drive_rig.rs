@@ -12,7 +12,7 @@ use profidrive::devices::ag03::profibus::{Config, Timing};
 use profidrive::profibus::fdl::Address;
 use profidrive::profibus::ppo;
 
-use crate::common::Line;
+use crate::drive_line::Line;
 
 /// A drive in Data_Exchange and the client of its master.
 pub(crate) struct Rig {

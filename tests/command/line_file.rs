@@ -1,4 +1,4 @@
-//! `emulate --line`: whole lines from a file, as their users run them, and profirust 0.6.0 as master of the example plant.
+//! `emulate --line`: whole lines from a file, as their users run them, and profirust 0.6.0 as master of the example file.
 
 use core::time::Duration;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ const SLOT_BITS: u16 = 25_000;
 const PATIENCE: Duration = Duration::from_secs(60);
 
 fn example() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/plant")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/line")
 }
 
 /// A folder with a copy of the example, so that its links are nowhere else.
@@ -34,15 +34,15 @@ fn copy() -> tempfile::TempDir {
 }
 
 fn written(folder: &Path, text: &str) -> String {
-    let file = folder.join("plant.toml");
+    let file = folder.join("line.toml");
     std::fs::write(&file, text).unwrap();
     file.to_str().unwrap().to_owned()
 }
 
 #[test]
-fn a_plant_is_checked_without_anything_being_opened() {
+fn a_file_is_checked_without_anything_being_opened() {
     let folder = copy();
-    let file = folder.path().join("plant.toml");
+    let file = folder.path().join("line.toml");
     let checked = output(&["emulate", "--line", file.to_str().unwrap(), "--check"]);
     let said = String::from_utf8(checked.stdout).unwrap();
     assert_eq!(checked.status.code(), Some(0), "{}", String::from_utf8_lossy(&checked.stderr));
@@ -56,11 +56,11 @@ fn a_plant_is_checked_without_anything_being_opened() {
 #[test]
 fn what_is_wrong_is_one_line_with_its_place_and_nothing_is_started() {
     let folder = copy();
-    let right = std::fs::read_to_string(folder.path().join("plant.toml")).unwrap();
+    let right = std::fs::read_to_string(folder.path().join("line.toml")).unwrap();
     for (text, words) in [
         (
             right.replacen("address = 4", "adress = 4", 1),
-            "plant.toml: line 11, column 1: 'adress' is unknown; did you mean address?",
+            "line.toml: line 11, column 1: 'adress' is unknown; did you mean address?",
         ),
         (right.replace("io.gsd", "no.gsd"), "no.gsd"),
         (format!("{right}\n[[line]]\nlink = 'pty:bus'\n"), "two lines have link 'pty:bus'"),
@@ -229,7 +229,7 @@ const IO: &[&str] = &["8 DI", "8 DO", "2 AI"];
 #[test]
 fn profirust_exchanges_data_with_every_station_of_the_example() {
     let folder = copy();
-    let file = folder.path().join("plant.toml");
+    let file = folder.path().join("line.toml");
     let emulator = Emulator::start(&["--line", file.to_str().unwrap()]);
     let ready = format!(
         "ready link={} drives=3,4 stations=5,6,7,8,9,10,11,12,13,14\n",

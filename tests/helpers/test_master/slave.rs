@@ -26,7 +26,7 @@ pub(super) struct Slave {
     pub(super) open: Option<Vec<u8>>,
     pub(super) wants_diag: bool,
     pub(super) not_ready: u32,
-    pub(super) spoilt: u32,
+    pub(super) wrong_replies: u32,
     pub(super) forgotten: bool,
     pub(super) restarts: bool,
     pub(super) turns: u32,
@@ -63,7 +63,7 @@ impl Slave {
             open: None,
             wants_diag: false,
             not_ready: 0,
-            spoilt: 0,
+            wrong_replies: 0,
             forgotten: false,
             restarts: false,
             turns: 0,
@@ -85,14 +85,14 @@ impl Slave {
         self.state = if mistake == Some(Mistake::NoFirstDiag) { State::Prm } else { State::Diag1 };
         self.wants_diag = false;
         self.not_ready = 0;
-        self.spoilt = 0;
+        self.wrong_replies = 0;
         self.restarts = false;
     }
 
-    pub(super) fn spoil(&mut self) {
-        self.spoilt += 1;
-        if self.spoilt >= 3 {
-            self.spoilt = 0;
+    pub(super) fn count_wrong_reply(&mut self) {
+        self.wrong_replies += 1;
+        if self.wrong_replies >= 3 {
+            self.wrong_replies = 0;
             self.wants_diag = true;
         }
     }

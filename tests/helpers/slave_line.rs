@@ -125,9 +125,9 @@ impl<A: Application> SlaveLine<A> {
         self.framer.handle_timeout(self.now, |_, _| {});
         self.wait(BAUD.octet_times(octets.len().try_into().unwrap()));
         let Self { station, events, framer, .. } = self;
-        framer.receive(self.now, octets, |at, result| {
+        framer.handle_bytes(self.now, octets, |at, result| {
             if let Ok(telegram) = result {
-                events.extend(station.receive(at, &telegram).event);
+                events.extend(station.handle_telegram(at, &telegram).event);
             }
         });
         let end = self.now.saturating_add(BAUD.bit_times(BAUD.max_tsdr_bits().into()));

@@ -3,14 +3,11 @@
 use core::fmt;
 use core::marker::PhantomData;
 use core::ops::Range;
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use crate::host::list::{Given, Group};
-use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
-use serde_json::json;
 use toml::Spanned;
 
 /// A value, and where it stands.
@@ -28,28 +25,11 @@ impl<T> At<T> {
     }
 }
 
-impl<T: JsonSchema> JsonSchema for At<T> {
-    fn inline_schema() -> bool {
-        T::inline_schema()
-    }
-
-    fn schema_name() -> Cow<'static, str> {
-        T::schema_name()
-    }
-
-    fn schema_id() -> Cow<'static, str> {
-        T::schema_id()
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        T::json_schema(generator)
-    }
-}
-
-/// A plant for `profidrive emulate --line`.
-#[derive(Debug, Deserialize, JsonSchema)]
+/// A file for `profidrive emulate --line`.
+#[derive(Debug, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub(super) struct PlantFile {
+pub(super) struct LineFile {
     /// The lines, each with a master of its own.
     pub(super) line: Vec<At<LineTable>>,
     /// Where the metrics of all lines are served to Prometheus, ADDR:PORT.
@@ -59,7 +39,8 @@ pub(super) struct PlantFile {
 }
 
 /// A line of PROFIBUS with drives and stations, or a CAN bus with nodes.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct LineTable {
     /// pty, pty:PATH, serial:DEVICE, tcp:HOST:PORT; of a CAN bus slcan-pty, slcan-pty:PATH, slcan-tcp:HOST:PORT, slcan-tty:PATH, socketcan:INTERFACE.
@@ -101,7 +82,8 @@ pub(super) struct LineTable {
 }
 
 /// A rate.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub(super) enum Baud {
     /// Bit/s.
@@ -113,7 +95,6 @@ pub(super) enum Baud {
 /// A group of devices, whose tables have the keys of its specification.
 pub(super) trait OfGroup {
     const GROUP: Group;
-    const ABOUT: &'static str;
 }
 
 /// [`Group::Drive`].
@@ -134,22 +115,18 @@ pub(super) struct Node;
 
 impl OfGroup for Drive {
     const GROUP: Group = Group::Drive;
-    const ABOUT: &'static str = "A drive.";
 }
 
 impl OfGroup for PpoDrive {
     const GROUP: Group = Group::PpoDrive;
-    const ABOUT: &'static str = "A drive with variable speed of PROFIDRIVE version 2.";
 }
 
 impl OfGroup for Station {
     const GROUP: Group = Group::Station;
-    const ABOUT: &'static str = "A station that a GSD describes.";
 }
 
 impl OfGroup for Node {
     const GROUP: Group = Group::Node;
-    const ABOUT: &'static str = "A CANopen node.";
 }
 
 /// A device of a group: the keys of its specification and, of a station, how its inputs change.
@@ -161,7 +138,7 @@ pub(super) struct DeviceTable<G> {
 }
 
 /// The key of inputs, which no specification has.
-const INPUT: &str = "input";
+pub(super) const INPUT: &str = "input";
 
 impl<'de, G: OfGroup> Deserialize<'de> for DeviceTable<G> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
@@ -191,26 +168,9 @@ impl<'de, G: OfGroup> Visitor<'de> for Keys<G> {
     }
 }
 
-impl<G: OfGroup> JsonSchema for DeviceTable<G> {
-    fn schema_name() -> Cow<'static, str> {
-        format!("{}Table", G::GROUP.name()).into()
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let mut input = Vec::new();
-        if G::GROUP == Group::Station {
-            let items = generator.subschema_for::<InputTable>();
-            let about = "How its inputs change.";
-            input.push((INPUT.to_owned(), json!({ "description": about, "type": "array", "items": items })));
-        }
-        let mut schema = Schema::try_from(G::GROUP.schema(input)).unwrap_or_default();
-        schema.insert("description".to_owned(), G::ABOUT.into());
-        schema
-    }
-}
-
 /// A value in a slot.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct PointTable {
     /// The number of the slot.
@@ -223,7 +183,8 @@ pub(super) struct PointTable {
 }
 
 /// An input and what it follows. Times are 500us, 20ms or 5s, at most 3600s.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct InputTable {
     /// The number of the slot.
@@ -270,7 +231,8 @@ pub(super) struct InputTable {
 }
 
 /// What an input follows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Behaviour {
     /// Always `value`.
@@ -290,7 +252,8 @@ pub(super) enum Behaviour {
 }
 
 /// What a ramp does at its end.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Then {
     /// Stays.
@@ -302,7 +265,8 @@ pub(super) enum Then {
 }
 
 /// A fault on purpose, and when it may act.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct FaultTable {
     /// As for `--fault` (docs/faults.md), for example "late=3ms,station=7,service=Data_Exchange,at=100".
@@ -317,7 +281,8 @@ pub(super) struct FaultTable {
 }
 
 /// A condition on an input of a station: one of `is`, `above`, `below`.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct WhileTable {
     /// The address of the station.

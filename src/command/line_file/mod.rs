@@ -2,7 +2,7 @@
 //!
 //! | file | holds |
 //! | --- | --- |
-//! | `tables.rs` | the tables and keys as they are written, and the JSON Schema of them |
+//! | `tables.rs`, `schema.rs` | the tables and keys as they are written; the JSON Schema of them |
 //! | `line.rs` | a line: its link, who is on it, faults |
 //! | `device.rs` | the devices by their specifications |
 //! | `station.rs` | what moves the inputs of a station |
@@ -12,6 +12,8 @@
 
 mod device;
 mod line;
+#[cfg(test)]
+mod schema;
 mod station;
 mod tables;
 mod wrong;
@@ -21,14 +23,14 @@ use std::path::Path;
 
 use crate::host::list::Group;
 
-use self::tables::{At, LineTable, PlantFile};
+use self::tables::{At, LineFile, LineTable};
 use self::wrong::Wrong;
 use super::Failure;
 use super::args::{MetricsSpec, metrics_place};
-use super::emulate::{LinePlan, PlantPlan, SlavePlan};
+use super::emulate::{LinePlan, LinesPlan, SlavePlan};
 
 /// What is in a file.
-pub(crate) fn read(file: &Path) -> Result<PlantPlan, Failure> {
+pub(crate) fn read(file: &Path) -> Result<LinesPlan, Failure> {
     let name = file.display();
     let text = std::fs::read_to_string(file)
         .map_err(|error| Failure::Usage(format!("cannot read {name}: {error}")))?;
@@ -36,21 +38,21 @@ pub(crate) fn read(file: &Path) -> Result<PlantPlan, Failure> {
     plan(&text, folder).map_err(|wrong| wrong.in_file(&name, &text))
 }
 
-fn plan(text: &str, folder: &Path) -> Result<PlantPlan, Wrong> {
-    let plant: PlantFile = toml::from_str(text).map_err(|error| Wrong::of_toml(&error))?;
-    if plant.line.is_empty() {
+fn plan(text: &str, folder: &Path) -> Result<LinesPlan, Wrong> {
+    let file: LineFile = toml::from_str(text).map_err(|error| Wrong::of_toml(&error))?;
+    if file.line.is_empty() {
         return Err(Wrong::at(0..0, "there is no line; expected a table [[line]]"));
     }
-    alone(&plant.line)?;
-    let lines = plant.line.iter().enumerate();
+    alone(&file.line)?;
+    let lines = file.line.iter().enumerate();
     let lines = lines.map(|(number, line)| line::plan(number, line, folder)).collect::<Result<_, _>>()?;
-    Ok(PlantPlan { lines, metrics: metrics(&plant)? })
+    Ok(LinesPlan { lines, metrics: metrics(&file)? })
 }
 
 /// Where the metrics are.
-fn metrics(plant: &PlantFile) -> Result<Option<MetricsSpec>, Wrong> {
-    let allow_remote = plant.metrics_allow_remote.as_ref();
-    match (&plant.metrics, allow_remote) {
+fn metrics(file: &LineFile) -> Result<Option<MetricsSpec>, Wrong> {
+    let allow_remote = file.metrics_allow_remote.as_ref();
+    match (&file.metrics, allow_remote) {
         (Some(place), _) => {
             let allow_remote = allow_remote.is_some_and(|allowed| *allowed.get());
             let checked = metrics_place(place.get()).map_err(|error| Wrong::at(place.span(), error))?;
@@ -111,34 +113,11 @@ pub(crate) fn say(file: &Path, plans: &[LinePlan]) -> Result<(), Failure> {
 mod tests {
     use super::*;
 
-    #[test]
-    fn the_schema_in_the_repository_is_that_of_the_tables() {
-        let mut schema = serde_json::to_string_pretty(&schemars::schema_for!(PlantFile)).unwrap();
-        schema.push('\n');
-        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/line.schema.json");
-        if std::env::var_os("PROFIDRIVE_REWRITE").is_some() {
-            std::fs::write(file, &schema).unwrap();
-        }
-        let kept = std::fs::read_to_string(file).unwrap_or_default();
-        assert_eq!(kept, schema, "rewrite it with PROFIDRIVE_REWRITE=1");
-    }
-
-    #[test]
-    fn every_key_is_explained() {
-        let page = include_str!("../../../docs/line.md");
-        let schema = serde_json::to_value(schemars::schema_for!(PlantFile)).unwrap();
-        let tables = schema["$defs"].as_object().unwrap().values();
-        let keys = tables.filter_map(|table| table["properties"].as_object()).flat_map(|keys| keys.keys());
-        for key in keys {
-            assert!(page.contains(&format!("`{key}`")), "{key}");
-        }
-    }
-
     /// Beside the GSDs of the tests.
     fn refused(text: &str) -> String {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/gsd");
         let Err(wrong) = plan(text, &folder) else { panic!("accepted: {text}") };
-        wrong.in_file(&"plant.toml", text).into_line()
+        wrong.in_file(&"line.toml", text).into_line()
     }
 
     const STATION: &str = "[[line]]\nlink = 'pty'\n[[line.station]]\naddress = 7\ngsd = 'remote_io.gsd'\nmodules = ['8 DI', '2 AO']\n";

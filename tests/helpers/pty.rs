@@ -13,7 +13,7 @@ use profidrive::time::Instant;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::OFlags;
 
-use crate::common::{CFG, IDENT, MASTER, SLAVE, telegram};
+use crate::drive_line::{CFG, IDENT, MASTER, SLAVE, telegram};
 
 /// A DP master in Data_Exchange with the drive. Every call says `None` once the emulator is gone.
 pub(crate) struct Master {
@@ -80,7 +80,7 @@ impl Master {
             assert!(poll(&mut readable, Some(&patience)).unwrap() > 0, "no reply within 5 s");
             let count = self.terminal.read(&mut octets).ok().filter(|count| *count > 0)?;
             self.log.last_mut().unwrap().1.extend(&octets[..count]);
-            self.framer.receive(Instant::ZERO, &octets[..count], |_, result| match result.unwrap() {
+            self.framer.handle_bytes(Instant::ZERO, &octets[..count], |_, result| match result.unwrap() {
                 Telegram::Data(telegram) => reply = Some(telegram.data.to_vec()),
                 Telegram::ShortAcknowledge => reply = Some(Vec::new()),
                 Telegram::Token { .. } => panic!("a slave passes no token"),

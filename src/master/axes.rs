@@ -10,7 +10,7 @@ use crate::profibus::ppo::Inputs;
 
 /// A [`Session`] with several drives, and for each a [`DriveClient`] and the goals it shall pursue one after the other.
 ///
-/// [`Plant::cycle`] exchanges data with every drive once. Whoever stops calling it for longer than the watchdog loses
+/// [`Axes::cycle`] exchanges data with every drive once. Whoever stops calling it for longer than the watchdog loses
 /// the drives, which release their motors then.
 ///
 /// ```no_run
@@ -18,26 +18,26 @@ use crate::profibus::ppo::Inputs;
 /// use profidrive::profibus::fdl::Address;
 /// use profidrive::host::link::terminal::Terminal;
 /// use profidrive::host::{Stop, SystemClock};
-/// use profidrive::master::{Plant, Session, Settings};
+/// use profidrive::master::{Axes, Session, Settings};
 /// use profidrive::time::BaudRate;
 ///
 /// let link = Terminal::open("/tmp/bus".as_ref(), BaudRate::K500)?;
 /// let settings = Settings::untimed(Address::station(2)?, BaudRate::K500);
-/// let mut plant = Plant::new(Session::new(link, SystemClock::new(), Stop::new()?, settings)?);
+/// let mut axes = Axes::new(Session::new(link, SystemClock::new(), Stop::new()?, settings)?);
 /// let [width, height] = [Address::station(5)?, Address::station(6)?];
 /// for axis in [width, height] {
-///     plant.add(axis, DriveClient::default())?;
+///     axes.add(axis, DriveClient::default())?;
 /// }
-/// plant.queue(width, [Goal::Enable, Goal::MoveTo(4000), Goal::Disable]);
-/// plant.queue(height, [Goal::Enable, Goal::MoveTo(-200), Goal::Disable]);
-/// for (axis, outcome) in plant.run()? {
+/// axes.queue(width, [Goal::Enable, Goal::MoveTo(4000), Goal::Disable]);
+/// axes.queue(height, [Goal::Enable, Goal::MoveTo(-200), Goal::Disable]);
+/// for (axis, outcome) in axes.run()? {
 ///     println!("{axis}: {}: {:?}", outcome.goal, outcome.result);
 /// }
-/// plant.release()?;
+/// axes.release()?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
-pub struct Plant<L, C> {
+pub struct Axes<L, C> {
     session: Session<L, C>,
     axes: Vec<Axis>,
 }
@@ -49,8 +49,8 @@ struct Axis {
     goals: VecDeque<Goal>,
 }
 
-impl<L: Link, C: Clock> Plant<L, C> {
-    /// A plant without drives.
+impl<L: Link, C: Clock> Axes<L, C> {
+    /// No drives yet.
     pub const fn new(session: Session<L, C>) -> Self {
         Self { session, axes: Vec::new() }
     }
@@ -105,10 +105,10 @@ impl<L: Link, C: Clock> Plant<L, C> {
         Ok(over)
     }
 
-    /// Cycles until the plant is idle: every goal with its outcome, in the order in which they were over.
+    /// Cycles until all are idle: every goal with its outcome, in the order in which they were over.
     ///
     /// # Errors
-    /// As [`Plant::cycle`].
+    /// As [`Axes::cycle`].
     pub fn run(&mut self) -> Result<Vec<(Address, GoalOutcome)>, SessionError> {
         let mut over = Vec::new();
         while !self.is_idle() {

@@ -58,7 +58,7 @@ impl Wrong {
         Self::at(error.span().unwrap_or_default(), format!("{}{cure}", said.replace('\n', " ")))
     }
 
-    /// `plant.toml: line 3, column 5: ...`
+    /// `line.toml: line 3, column 5: ...`
     pub(super) fn in_file(&self, name: &dyn Display, text: &str) -> Failure {
         let start = match &self.place {
             Place::Span(span) => span.start,
