@@ -43,8 +43,8 @@ const BASELINE: u32 = 8;
 const FIRST_LIMIT: Duration = Duration::from_secs(15);
 /// How long it may take to come back.
 const LIMIT: Duration = Duration::from_secs(8);
-/// How long nothing is disturbed, and so many cycles at least.
-const WATCH: Duration = Duration::from_secs(2);
+/// How long nothing is disturbed, and so many cycles at least: M-O01 needs three seconds.
+const WATCH: Duration = Duration::from_millis(3500);
 const WATCH_CYCLES: u32 = 60;
 /// And so many cycles at least: a start-up, the next one if something was wrong with it, and good exchanges.
 const RETURN_CYCLES: u32 = 50;

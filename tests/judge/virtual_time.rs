@@ -36,6 +36,8 @@ fn a_mistake_is_found_however_the_master_is_configured() {
         (&slow, Mistake::BelievesSource, Row::E05),
         (&slow, Mistake::KeepsReplies, Row::E06),
         (&ring, Mistake::Forgets, Row::L06),
+        // Seen only if nothing is disturbed for long enough.
+        (&slow, Mistake::NoControl, Row::O01),
     ] {
         let report = judged_with(settings.clone(), mistake, &[row]);
         assert_eq!(names(&report, Verdict::Fail), [row.id()], "{mistake:?}: {report}");
