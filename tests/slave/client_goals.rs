@@ -118,6 +118,16 @@ impl Rig {
         self.exchanges(exchanges);
     }
 
+    /// How often a goal may start a travel. One that ends where it begins shows nothing where ZSW.12 mirrors STW.6
+    /// (C-07): the client gives the other edge of STW.6, too, in case only that one starts (C-32).
+    fn starts(&self, goal: Goal) -> usize {
+        match goal {
+            Goal::MoveTo(target) if self.line.device.status().position.abs_diff(target) <= 10 => 2,
+            Goal::MoveTo(_) => 1,
+            _ => 0,
+        }
+    }
+
     /// What the drive does when a goal has been reached.
     fn check(&self, goal: Goal, reached: i32) {
         let status = self.line.device.status();
@@ -193,7 +203,7 @@ fn play(config: Config, mode: u16, events: Vec<Event>) {
     for event in [Event::Mode(mode), Event::Pursue(Goal::Enable)].into_iter().chain(events) {
         match event {
             Event::Pursue(goal) => {
-                moves += usize::from(matches!(goal, Goal::MoveTo(_)));
+                moves += rig.starts(goal);
                 let outcome = rig.reach(goal);
                 assert_eq!(outcome.goal, goal);
                 match outcome.result {
@@ -204,7 +214,7 @@ fn play(config: Config, mode: u16, events: Vec<Event>) {
                 assert!(rig.travels <= moves, "{} travels after {moves} starts", rig.travels);
             }
             Event::Begin(goal, count) => {
-                moves += usize::from(matches!(goal, Goal::MoveTo(_)));
+                moves += rig.starts(goal);
                 rig.client.pursue(rig.line.now, goal);
                 rig.exchanges(count.into());
             }
