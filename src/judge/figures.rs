@@ -24,12 +24,9 @@ pub struct Spread {
 
 impl Spread {
     fn add(&mut self, time: Duration) {
-        let nanos = time.as_nanos();
-        self.shortest = if self.count == 0 { time } else { self.shortest.min(time) };
-        self.longest = self.longest.max(time);
-        self.count += 1;
-        self.sum = self.sum.saturating_add(nanos);
-        self.squares = self.squares.saturating_add(nanos.saturating_mul(nanos));
+        let sum = time.as_nanos();
+        let squares = sum.saturating_mul(sum);
+        self.join(&Self { count: 1, shortest: time, longest: time, sum, squares });
     }
 
     fn join(&mut self, other: &Self) {
