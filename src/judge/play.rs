@@ -9,6 +9,7 @@
 //! | here | [`Judge`]: what is played when |
 //! | `outcome` | what a scenario has shown, and why a row is not judged |
 //! | `ending` | [`Progress`], [`Ending`] |
+//! | `operator` | who operates the master is asked for what a scenario needs |
 //! | `record` | what was played how long, and how long the rest takes |
 //! | `soak` | scenarios repeated at random |
 
@@ -29,6 +30,7 @@ use crate::profibus::fdl::Address;
 use crate::time::Instant;
 
 mod ending;
+mod operator;
 mod outcome;
 mod record;
 mod soak;
@@ -54,10 +56,6 @@ const SILENCE: Duration = Duration::from_secs(10);
 const NOISE: usize = 8192;
 /// So many telegrams, and it is a master.
 const LEAST_TELEGRAMS: u64 = 2;
-/// The whole judgement, and that of one row; and so many cycles of the master more.
-const TOTAL: Duration = Duration::from_secs(180);
-const ONE_ROW: Duration = Duration::from_secs(50);
-const MORE_CYCLES: u32 = 5000;
 /// What a master may be asked for that leads to CLEAR, or through it.
 const CLEARING: &[&str] = &["clear", "stop", "restart", "operate"];
 /// As many stations as row I06 asks for.
@@ -83,9 +81,8 @@ pub struct Judge {
     injected: u32,
     /// Exchanges with each station when the scenario began.
     before: BTreeMap<u8, Counts>,
-    limit: Duration,
-    /// It is that limit whatever the cycle of the master is.
-    is_limited: bool,
+    /// How long the whole judgement may take, where the user says it.
+    limit: Option<Duration>,
     soak: Option<Soak>,
     /// Somebody operates the master.
     operated: bool,
@@ -136,7 +133,6 @@ impl Judge {
     pub(super) fn seeing(setup: Setup, wanted: &[Row], sight: Sight) -> Self {
         let mut scenarios = built_in(&setup);
         scenarios.retain(|scenario| scenario.is_for(wanted));
-        let limit = if wanted.len() == 1 { ONE_ROW } else { TOTAL };
         let mut observer = Observer::new(setup, sight);
         let scenarios = playable(scenarios, &mut observer);
         Self {
@@ -153,8 +149,7 @@ impl Judge {
             faults: Vec::new(),
             injected: 0,
             before: BTreeMap::new(),
-            limit,
-            is_limited: false,
+            limit: None,
             soak: None,
             operated: false,
             ask: None,
@@ -176,38 +171,8 @@ impl Judge {
     /// The whole judgement takes so long at most.
     #[must_use]
     pub const fn within(mut self, limit: Duration) -> Self {
-        self.limit = limit;
-        self.is_limited = true;
+        self.limit = Some(limit);
         self
-    }
-
-    /// What the master is to be asked for now, as `--ask` takes it.
-    #[must_use]
-    pub fn poll_ask(&mut self) -> Option<String> {
-        self.ask.take()
-    }
-
-    /// Whether an action is under way.
-    pub const fn is_asking(&self) -> bool {
-        self.asking
-    }
-
-    /// The action is done, or could not be.
-    pub fn asked(&mut self, now: Instant, done: bool) {
-        self.asking = false;
-        let Phase::Playing { scenario, step, .. } = self.phase else { return };
-        let Some(played) = self.scenarios.get_mut(scenario) else { return };
-        let Some(begun) = played.steps.get_mut(step) else { return };
-        if !done {
-            begun.check = None;
-            let reason = format!("the command of --ask failed: {}", begun.ask.clone().unwrap_or_default());
-            for row in &played.rows {
-                self.observer.findings.default_missed(*row, &reason);
-            }
-        }
-        let lasts = if done { begun.lasts } else { Duration::ZERO };
-        self.stopped = (begun.check == Some(Check::Stop)).then(|| now + Duration::from_secs(1));
-        self.phase = Phase::Playing { scenario, step, until: now + lasts };
     }
 
     /// More scenarios, behind those of the judge itself.

@@ -3,12 +3,16 @@
 use core::time::Duration;
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{BASELINE, Judge, MORE_CYCLES, Progress};
+use super::{BASELINE, Judge, Progress};
 use crate::judge::rows::Row;
 use crate::judge::scenario::{Scenario, Step};
 use crate::judge::setup::Slave;
 use crate::time::Instant;
 
+/// The whole judgement, and that of one row, takes so long at most; and so many cycles of the master more.
+const TOTAL: Duration = Duration::from_secs(180);
+const ONE_ROW: Duration = Duration::from_secs(50);
+const MORE_CYCLES: u32 = 5000;
 /// A scenario takes so many cycles beside its steps, and so long at least, until data exchange has come back.
 const RETURN: u32 = 14;
 const LEAST_RETURN: Duration = Duration::from_millis(150);
@@ -61,10 +65,8 @@ impl Judge {
 
     /// How long the judgement may take.
     pub(super) fn limit(&self) -> Duration {
-        if self.is_limited {
-            return self.limit;
-        }
-        self.limit + self.cycle() * MORE_CYCLES + self.soak_time()
+        let own = if self.wanted.len() == 1 { ONE_ROW } else { TOTAL };
+        self.limit.unwrap_or_else(|| own + self.cycle() * MORE_CYCLES + self.soak_time())
     }
 
     /// How long a step lasts with this master.
