@@ -12,13 +12,12 @@ use crate::judge::Slave;
 use crate::profibus::dp;
 use crate::profibus::fdl::telegram::{Decoded, decode};
 use crate::profibus::fdl::{
-    Address, DataTelegram, FrameCount, FunctionCode, MAX_TELEGRAM_LEN, Sap, Service, Telegram,
+    Address, DataTelegram, FrameCount, FunctionCode, MAX_TELEGRAM_LEN, Service, Telegram,
 };
 use crate::time::{BaudRate, Instant};
 
-/// Who asks a device for its configuration, behind everybody's back.
+/// The address from which a device is asked for its configuration, before the judgement.
 const ASKING: Address = Address::from_octet(0);
-const MASTER_SAP: u8 = 62;
 /// A device has started after so long.
 const STARTED: Duration = Duration::from_secs(10);
 /// A device answers before so many of its deadlines have passed.
@@ -64,7 +63,7 @@ fn ask(prepared: Prepared, address: Address) -> Result<Option<(u16, Vec<u8>)>, S
     let ground = Ground { now, rate: BaudRate::K500, state: None, refusals: &refusals, board: &board };
     let mut device = prepared.make(&ground).map_err(|error| error.to_string())?;
     let fc = FunctionCode::request(Service::SrdHigh, FrameCount::First);
-    let (dsap, ssap) = (dp::Service::GetCfg.sap(), Sap::new(MASTER_SAP));
+    let (dsap, ssap) = (dp::Service::GetCfg.sap(), dp::MASTER_SAP);
     let format = DataTelegram::customary_format(dsap, ssap, &[]);
     let request = DataTelegram { format, da: address, sa: ASKING, dsap, ssap, fc, data: &[] };
     device.set_baud(ground.rate);
