@@ -65,6 +65,8 @@ mod panel_kinds;
 mod panel_ppo;
 #[cfg(target_os = "linux")]
 mod panel_robustness;
+#[cfg(target_os = "linux")]
+mod panel_served;
 mod panel_stations;
 #[cfg(target_os = "linux")]
 mod ppo_drives;
