@@ -117,7 +117,7 @@ def stream(node, position, period):
 def interpolated_position(node):
     period = 0.02
     node.sdo[0x60C2][1].raw = round(period * 1000)
-    for attempt in range(10):
+    for _ in range(10):
         position = node.sdo[0x6064].raw
         enable(node, "INTERPOLATED POSITION")
         stream(node, position, period)
