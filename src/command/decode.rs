@@ -6,7 +6,6 @@ mod utf16;
 
 use std::io::{self, IsTerminal};
 
-use crate::devices::ag03::drive::Mode;
 use crate::explain::canopen::Network;
 use crate::explain::{Context, Decoder};
 
@@ -27,7 +26,7 @@ pub(crate) fn decode(args: &Decode) -> Result<(), Failure> {
     if matches!(input, Input::Stdin) && io::stdin().is_terminal() {
         eprintln!("profidrive: reads hexadecimal lines from this terminal; Ctrl-D ends");
     }
-    let context = args.mode.map_or_else(Context::default, |mode| Context::with_mode(Mode::from(mode)));
+    let context = args.mode.map_or_else(Context::default, Context::with_mode);
     let mut network = args.device.map_or_else(Network::default, |device| Network::of(device.vocabulary));
     for (node, device) in &args.node {
         network.know(*node, device.vocabulary);

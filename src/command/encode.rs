@@ -58,7 +58,7 @@ struct Built<'a> {
 }
 
 fn build(args: &Encode) -> Result<Explanation, Failure> {
-    let mode = Mode::from(args.mode);
+    let mode = args.mode;
     let explanation = match &args.what {
         What::Pkw(what) => {
             let (pkw, sender) = pkw::build(what, args.force)?;

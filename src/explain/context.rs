@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::value::Lengths;
 use super::{Explanation, Sender, frame, pkw, ppo};
-use crate::devices::ag03::drive::Mode;
+pub(crate) use crate::devices::ag03::drive::Mode;
 use crate::devices::ag03::param::{Model, Models, Parameter, Pnu};
 use crate::devices::ag03::profibus::IDENT_NUMBER;
 use crate::profibus::dp::Service;
@@ -26,6 +26,12 @@ pub struct Context {
     pub(super) asked: Option<Asked>,
 }
 
+/// The operating modes, in each of which the bits of the positioning drives mean something else: name, what it is.
+pub(crate) const MODES: [(&str, &str, Mode); 2] = [
+    ("positioning", "Positioning mode, PNU 930 = 2", Mode::Positioning),
+    ("velocity", "Velocity mode, PNU 930 = 1", Mode::Velocity),
+];
+
 /// The last request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Asked {
@@ -39,7 +45,7 @@ pub(super) struct Asked {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Learned {
     given: Option<Mode>,
-    heard: Option<Mode>,
+    pub(super) heard: Option<Mode>,
     pub(super) model: Option<Model>,
     pub(super) lengths: Lengths,
     /// Ident_Number of the last Set_Prm.
@@ -136,28 +142,24 @@ impl Learned {
         if self.answers(reply) == Some(false) && reply.pke.reply() != ReplyId::NoReply {
             self.unanswered = self.unanswered.saturating_add(1);
         }
-        self.hear_model(reply);
-        if reply.pke.reply() != ReplyId::Word {
-            return;
-        }
-        let pnu = Pnu::from_low_bits(reply.pke.pnu());
-        if pnu == Parameter::OperatingMode.entry().pnu {
-            self.heard = Mode::of_number(reply.word()).or(self.heard);
-        } else if pnu == Parameter::SpindlePitch.entry().pnu {
-            self.lengths = Lengths::of_spindle_pitch(reply.word().into());
+        let unknown = ErrorNumber::IllegalParameterNumber.number();
+        if reply.pke.reply() == ReplyId::Word {
+            self.hear_value(reply.pke.pnu(), Some(reply.word()));
+        } else if reply.pke.reply() == ReplyId::NotExecutable && reply.word() == unknown {
+            self.hear_value(reply.pke.pnu(), None);
         }
     }
 
-    /// Learns from a value, or the lack, of a parameter that only the AG03/1 has.
-    fn hear_model(&mut self, reply: Pkw) {
-        if !pkw::known(reply.pke.pnu()).is_some_and(|entry| matches!(entry.models, Models::OnlyAg03_1)) {
-            return;
+    /// Learns the value of a parameter; `None`: the drive has no such parameter.
+    pub(super) fn hear_value(&mut self, number: u16, value: Option<u16>) {
+        if pkw::known(number).is_some_and(|entry| matches!(entry.models, Models::OnlyAg03_1)) {
+            self.model = Some(if value.is_some() { Model::Ag03_1 } else { Model::Ag03 });
         }
-        let unknown = ErrorNumber::IllegalParameterNumber.number();
-        if reply.pke.reply() == ReplyId::Word {
-            self.model = Some(Model::Ag03_1);
-        } else if reply.pke.reply() == ReplyId::NotExecutable && reply.word() == unknown {
-            self.model = Some(Model::Ag03);
+        let (pnu, Some(value)) = (Pnu::from_low_bits(number), value) else { return };
+        if pnu == Parameter::OperatingMode.entry().pnu {
+            self.heard = Mode::of_number(value).or(self.heard);
+        } else if pnu == Parameter::SpindlePitch.entry().pnu {
+            self.lengths = Lengths::of_spindle_pitch(value.into());
         }
     }
 

@@ -1,13 +1,9 @@
 //! What the words of a station depend on, asked of the station itself.
 
-use core::any::Any;
-
+use super::context::Learned;
 use super::value::Lengths;
-use super::{Context, Sender};
-use crate::devices::ag03::drive;
-use crate::devices::ag03::drive::Mode;
+use super::{Context, Mode, Sender};
 use crate::devices::ag03::param::Model;
-use crate::devices::ag03::profibus::Device;
 use crate::face::Description;
 use crate::profibus::fdl::Address;
 use crate::profibus::ppo::Pkw;
@@ -24,10 +20,10 @@ impl Known {
     /// By the parameters, as whoever reads them on the line knows it: a drive follows within a cycle. `None`: what it
     /// says means the same at any time.
     pub fn of(station: &dyn Description) -> Option<Self> {
-        let station: &dyn Any = station;
-        let device: &Device = station.downcast_ref()?;
-        let mode = drive::Settings::read(device.parameters()).mode;
-        Some(Self { model: device.config().model, mode, lengths: device.lengths() })
+        let mut learned = Learned::default();
+        station.each_meaning(&mut |number, value| learned.hear_value(number, value));
+        let Learned { model, heard, lengths, .. } = learned;
+        Some(Self { model: model?, mode: heard?, lengths })
     }
 
     /// The jobs and replies of the parameter channel at the beginning of outputs and inputs, in words.

@@ -61,6 +61,7 @@ pub mod value;
 pub mod words;
 
 pub use context::Context;
+pub(crate) use context::{MODES, Mode};
 pub use decoder::{Decoder, Taking};
 pub use field::{Bits, Field, Mark, hex};
 pub use known::Known;

@@ -1,7 +1,6 @@
 //! What a device tells of itself to whoever shows it: values with units, words with named bits, process data,
 //! parameters, its history. Everything is told one after the other, so that nothing is allocated.
 
-use core::any::Any;
 use core::fmt;
 
 use super::Surroundings;
@@ -277,7 +276,7 @@ pub enum Denied {
 }
 
 /// What a device tells of itself. What is not said otherwise, it does not have.
-pub trait Description: Surroundings + Any {
+pub trait Description: Surroundings {
     /// Whether it is supplied; `None`: it is not switched here.
     fn supply(&self) -> Option<Supply> {
         None
@@ -315,6 +314,9 @@ pub trait Description: Surroundings + Any {
 
     /// Each parameter.
     fn each_parameter(&self, _tell: &mut dyn FnMut(Parameter<'_>)) {}
+
+    /// Each parameter that decides what its words mean: number and value, none if it has no such parameter.
+    fn each_meaning(&self, _tell: &mut dyn FnMut(u16, Option<u16>)) {}
 
     /// Reads a parameter by the rules of the bus, but without the bus.
     ///

@@ -93,14 +93,12 @@ fn a_bus_knows_no_device_and_a_device_no_bus() {
 
 /// Files of the faces that name a kind of device, and why: what is not here asks the list of devices and the descriptions.
 const NAMES_A_DEVICE: &[(&str, &str)] = &[
-    ("command/args/decode", "--mode: in each mode the words of the positioning drives mean something else"),
-    ("command/args/link", "--baud offers the rates of the positioning drives"),
-    ("command/args/parameter", "master without --ppo and --node is for the positioning drives"),
-    ("command/args/quantity", "a number has the unit of a parameter of the positioning drives"),
-    ("command/decode", "--mode"),
     ("command/demo", "its story is told of one device"),
     ("command/encode", "it builds the words of the positioning drives by their names"),
-    ("command/master", "it commissions the positioning drives and the drives of PROFIDRIVE version 2"),
+    (
+        "command/master",
+        "a verb for each thing that a master does with these drives, in their words and units",
+    ),
 ];
 
 #[test]

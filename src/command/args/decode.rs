@@ -3,10 +3,10 @@
 use std::ffi::OsString;
 
 use crate::can_bus::canopen::NodeId;
-use crate::devices::ag03::drive::Mode;
-use crate::explain::{Sender, Taking};
+use crate::explain::{MODES, Mode, Sender, Taking};
 use crate::host::can::Product;
 use clap::ValueEnum;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use super::spec::{device, offered_device};
 
@@ -45,8 +45,8 @@ pub(crate) struct Decode {
 
     /// The operating mode of the drives, which decides what the bits mean. Without it: as read in the telegrams, positioning
     /// mode at the beginning
-    #[arg(long, value_name = "MODE")]
-    pub(crate) mode: Option<ModeSpec>,
+    #[arg(long, value_name = "MODE", value_parser = modes())]
+    pub(crate) mode: Option<Mode>,
 
     /// Every node on CANopen is this device: ag03-1, ap10, asda-a2
     #[arg(long, value_name = "DEVICE", value_parser = offered_device(), hide_possible_values = true)]
@@ -95,21 +95,10 @@ impl From<As> for Taking {
 }
 
 /// An operating mode by name.
-#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
-pub(crate) enum ModeSpec {
-    /// Positioning mode, PNU 930 = 2
-    Positioning,
-    /// Velocity mode, PNU 930 = 1
-    Velocity,
-}
-
-impl From<ModeSpec> for Mode {
-    fn from(mode: ModeSpec) -> Self {
-        match mode {
-            ModeSpec::Positioning => Self::Positioning,
-            ModeSpec::Velocity => Self::Velocity,
-        }
-    }
+pub(super) fn modes() -> impl TypedValueParser<Value = Mode> {
+    let names = MODES.map(|(name, about, _)| PossibleValue::new(name).help(about));
+    let mode = |name: String| MODES.into_iter().find(|row| row.0 == name).map(|row| row.2);
+    PossibleValuesParser::new(names).try_map(move |name| mode(name).ok_or("no mode"))
 }
 
 const EXAMPLES: &str = "\

@@ -1,8 +1,9 @@
 //! `profidrive encode`: which words or telegram.
 
+use crate::explain::Mode;
 use clap::{Subcommand, ValueEnum};
 
-use super::decode::ModeSpec;
+use super::decode::modes;
 
 /// Builds words and telegrams from names of states, bits and parameters, and explains them field by field
 ///
@@ -27,8 +28,8 @@ pub(crate) struct Encode {
     pub(crate) octets: bool,
 
     /// The operating mode, which decides what the bits mean
-    #[arg(long, global = true, value_name = "MODE", default_value = "positioning", display_order = 93)]
-    pub(crate) mode: ModeSpec,
+    #[arg(long, global = true, value_name = "MODE", default_value = "positioning", value_parser = modes(), display_order = 93)]
+    pub(crate) mode: Mode,
 }
 
 #[derive(Debug, Subcommand)]

@@ -4,8 +4,8 @@ use core::str::FromStr;
 use std::path::PathBuf;
 
 use crate::can_bus::can::BitRate;
-use crate::devices::ag03::profibus::DESCRIPTION;
 use crate::host::can;
+use crate::host::list::RATES;
 use crate::time::BaudRate;
 
 /// Where the line is.
@@ -118,7 +118,7 @@ impl FromStr for BaudSpec {
         }
         let rate = spec.parse().ok().and_then(|bits| BaudRate::from_bits_per_second(bits).ok());
         match rate {
-            Some(rate) if DESCRIPTION.rates.contains(rate) => Ok(Self::Fixed(rate)),
+            Some(rate) if RATES.contains(rate) => Ok(Self::Fixed(rate)),
             Some(_) => Err(format!("the drives know no {spec}; {}", expected_rates())),
             None => can_rate(spec).map(Self::Can).ok_or_else(expected_rates),
         }
@@ -134,7 +134,7 @@ fn can_rate(spec: &str) -> Option<BitRate> {
 
 /// The rates of the drives.
 pub(super) fn expected_rates() -> String {
-    let rates: Vec<_> = DESCRIPTION.rates.iter().map(|rate| rate.bits_per_second().to_string()).collect();
+    let rates: Vec<_> = RATES.iter().map(|rate| rate.bits_per_second().to_string()).collect();
     format!("expected auto or one of {}", rates.join(", "))
 }
 

@@ -7,13 +7,13 @@ use core::time::Duration;
 use std::path::PathBuf;
 
 use crate::can_bus::canopen::NodeId;
+use crate::host::list::named::ParameterSpec;
 use crate::profibus::fdl::Address;
 use crate::profibus::ppo::PpoType;
 use clap::Subcommand;
 
 use super::link::{BaudSpec, expected_rates};
 use super::master_link::{CanPlace, MasterLink};
-use super::parameter::ParameterSpec;
 use super::quantity::Quantity;
 use super::spec::{ident, ppo};
 

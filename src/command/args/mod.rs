@@ -12,7 +12,6 @@ mod link;
 mod manual;
 mod master;
 mod master_link;
-mod parameter;
 mod quantity;
 mod spec;
 
@@ -41,7 +40,6 @@ pub(crate) use manual::{Completions, Man};
 pub(crate) use master::Go;
 pub(crate) use master::{Action, AddressRange, Asked, Direction, Master, Motion};
 pub(crate) use master_link::{CanPlace, MasterLink};
-pub(crate) use parameter::ParameterSpec;
 pub(crate) use quantity::Quantity;
 
 /// Emulated fieldbus drives on PROFIBUS-DP and CANopen, to test masters with.

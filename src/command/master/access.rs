@@ -5,6 +5,7 @@ use crate::devices::ag03::param::{
     Access, Entry, Gear, Model, Quirks, Range, Subindex, Value, entry, parameters,
 };
 use crate::explain::value::Lengths;
+use crate::host::list::named::ParameterSpec;
 use crate::host::{Clock, Link};
 use crate::master::{Drive, Identity};
 use crate::profibus::pkw::ErrorNumber;
@@ -12,10 +13,10 @@ use serde_json::json;
 
 use super::device::Shown;
 use super::trouble::Trouble;
-use super::value::{Item, is_length, lengths, lengths_in};
+use super::value::{Item, fits, is_length, lengths, lengths_in, number_of};
 use super::{say, watch};
 use crate::command::Failure;
-use crate::command::args::{ParameterSpec, Quantity};
+use crate::command::args::Quantity;
 
 /// Whether a write can be right for any drive. `command` is whose help says more.
 pub(super) fn check(parameter: &ParameterSpec, value: i64, command: &str) -> Result<(), Failure> {
@@ -57,9 +58,9 @@ pub(super) fn write<L: Link, C: Clock>(
     json: bool,
 ) -> Result<(), Failure> {
     let entry = parameter.entry;
-    let number = wanted.number_of(entry).map_err(Failure::Usage)?;
+    let number = number_of(&wanted, entry)?;
     if is_length(entry) {
-        wanted.fits(lengths(drive)?).map_err(Failure::Usage)?;
+        fits(&wanted, lengths(drive)?)?;
     }
     let is_command = entry.access() == Access::WriteOnly;
     let before = if is_command { None } else { Some(Item::read(drive, entry, None)) };

@@ -4,15 +4,17 @@ use core::time::Duration;
 use std::path::Path;
 
 use crate::devices::ag03::param::Parameter;
+use crate::host::list::named::ParameterSpec;
 use crate::host::{Clock, Link};
 use crate::master::Drive;
 
 use super::device::{self, Commissioned};
 use super::motion::{self, Confirmed};
 use super::set::{self, ParameterSet};
+use super::value::number_of;
 use super::{access, address, faults, restore, session, status, wait};
 use crate::command::Failure;
-use crate::command::args::{Action, Asked, Master, Motion, ParameterSpec, Quantity};
+use crate::command::args::{Action, Asked, Master, Motion, Quantity};
 
 /// A drive that belongs to this master, and the file that it shall be restored from.
 struct Ag03<L, C> {
@@ -43,12 +45,12 @@ fn check(action: &Action) -> Result<Option<ParameterSet>, Failure> {
     if let Action::Read { parameter } | Action::Write { parameter, .. } = action {
         let spec = spec(parameter)?;
         if let Action::Write { value, .. } = action {
-            access::check(&spec, value.number_of(spec.entry).map_err(Failure::Usage)?, "write")?;
+            access::check(&spec, number_of(value, spec.entry)?, "write")?;
         }
     }
     if let Action::Calibrate { value: Some(value), .. } = action {
         let entry = Parameter::CalibrationValue.entry();
-        let number = value.number_of(entry).map_err(Failure::Usage)?;
+        let number = number_of(value, entry)?;
         access::check(&ParameterSpec { entry, element: None }, number, "calibrate")?;
     }
     Ok(None)

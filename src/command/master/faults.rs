@@ -10,7 +10,7 @@ use serde_json::json;
 
 use super::access::refusal;
 use super::say;
-use super::value::{Item, lengths};
+use super::value::{Item, fits, lengths, number_of};
 use crate::command::Failure;
 use crate::command::args::Quantity;
 
@@ -58,8 +58,8 @@ pub(super) fn calibrate<L: Link, C: Clock>(
     let position = Reading::Position.entry();
     let before = drive.read(position.pnu, None, position.width)?.bits().cast_signed();
     if let Some(wanted) = value {
-        wanted.fits(lengths(drive)?).map_err(Failure::Usage)?;
-        let number = wanted.number_of(calibration).map_err(Failure::Usage)?;
+        fits(&wanted, lengths(drive)?)?;
+        let number = number_of(&wanted, calibration)?;
         drive
             .write(calibration.pnu, Value::of(calibration.width, i32::try_from(number).unwrap_or(i32::MAX)))
             .map_err(|trouble| refusal(drive, trouble, calibration, Some(number)))?;

@@ -21,7 +21,7 @@ use serde_json::json;
 use super::say;
 use super::status::{actual, mode, travels};
 use super::trouble::Trouble;
-use super::value::{lengths, unit};
+use super::value::{fits, lengths, unit};
 use crate::command::Failure;
 use crate::command::args::{Action, Direction, Master, Motion};
 
@@ -150,7 +150,7 @@ pub(super) fn motion<L: Link, C: Clock>(
 ) -> Result<(), Failure> {
     let reading = Reading::of(drive, json)?;
     if let Motion::Move { position, .. } = motion {
-        position.fits(reading.lengths).map_err(Failure::Usage)?;
+        fits(&position, reading.lengths)?;
     }
     let outcome = turn(drive, motion, &reading);
     let Rest { hiw, refused } = match wind_down(drive) {

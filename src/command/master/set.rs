@@ -21,6 +21,7 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use crate::devices::ag03::param::{Entry, Pnu, TABLE, parameters};
+use crate::host::list::named::ParameterSpec;
 use crate::host::{Clock, Link};
 use crate::master::Drive;
 use serde::Deserialize;
@@ -31,7 +32,6 @@ use super::file::put;
 use super::value::{Item, is_setting, lengths_in};
 use super::{say, watch};
 use crate::command::Failure;
-use crate::command::args::ParameterSpec;
 
 const FORMAT: &str = "profidrive parameter set 1";
 

@@ -7,6 +7,8 @@ use crate::master::{Drive, DriveError};
 use serde_json::json;
 
 use super::device::Shown;
+use crate::command::Failure;
+use crate::command::args::Quantity;
 
 /// A value that was read.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,6 +93,27 @@ pub(super) fn is_length(entry: &Entry) -> bool {
     matches!(entry.unit, Unit::Position | Unit::Window)
 }
 
+/// The number that a master writes.
+pub(super) fn number_of(value: &Quantity, entry: &Entry) -> Result<i64, Failure> {
+    let name = format!("{} (PNU {})", entry.name, entry.pnu);
+    value.number_in(&name, entry.unit.written()).map_err(Failure::Usage)
+}
+
+/// Refuses a position in a unit that the drive does not count in.
+pub(super) fn fits(value: &Quantity, lengths: Lengths) -> Result<(), Failure> {
+    let pitch = Parameter::SpindlePitch.entry().pnu;
+    match (value.unit(), lengths) {
+        (Some("mm"), Lengths::Increments) => Err(Failure::Usage(format!(
+            "the drive counts positions in increments, because its spindle pitch (PNU {pitch}) is 0; give inc, or write the \
+             pitch first; got {value}"
+        ))),
+        (Some("inc"), Lengths::HundredthMillimetres) => Err(Failure::Usage(format!(
+            "the drive counts positions in 0.01 mm, because its spindle pitch (PNU {pitch}) is set; give mm, got {value}"
+        ))),
+        (Some(_) | None, Lengths::Increments | Lengths::HundredthMillimetres | Lengths::Unknown) => Ok(()),
+    }
+}
+
 /// What the drive counts positions in.
 pub(super) fn lengths<L: Link, C: Clock>(drive: &mut Drive<L, C>) -> Result<Lengths, DriveError> {
     let pitch = Parameter::SpindlePitch.entry();
@@ -106,4 +129,37 @@ pub(super) fn lengths_in(items: &[Item]) -> Lengths {
 /// Whether a parameter is part of a parameter set: it can be read and written.
 pub(super) fn is_setting(entry: &Entry) -> bool {
     entry.access() == Access::ReadWrite
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn quantity(text: &str) -> Quantity {
+        text.parse().unwrap()
+    }
+
+    fn is_refused(outcome: Result<(), Failure>, says: &str) -> bool {
+        matches!(outcome, Err(Failure::Usage(line)) if line.contains(says))
+    }
+
+    #[test]
+    fn a_drive_takes_the_unit_that_it_counts_in() {
+        let (pitch, none) = (Lengths::HundredthMillimetres, Lengths::Increments);
+        for (text, lengths) in [("8mm", pitch), ("8", pitch), ("8inc", none), ("8", none)] {
+            assert!(fits(&quantity(text), lengths).is_ok(), "{text}");
+        }
+        assert!(is_refused(fits(&quantity("8mm"), none), "spindle pitch"));
+        assert!(is_refused(fits(&quantity("8inc"), pitch), "give mm"));
+    }
+
+    #[test]
+    fn a_parameter_takes_its_own_units() {
+        let number = |text, parameter: Parameter| number_of(&quantity(text), parameter.entry());
+        assert!(matches!(number("8.25mm", Parameter::Limit1), Ok(825)));
+        assert!(matches!(number("60rpm", Parameter::VPos), Ok(60)));
+        let wrong = number("60mm", Parameter::VPos).map(drop);
+        assert!(is_refused(wrong, "v-Pos (PNU 1004) has not the unit mm; expected rpm, got 60 mm"));
+        assert!(is_refused(number("1inc", Parameter::OperatingMode).map(drop), "expected no unit"));
+    }
 }

@@ -34,6 +34,7 @@ use crate::devices::ap10::canopen::Ap10;
 use crate::devices::asda_a2;
 use crate::devices::asda_a2::canopen::{AsdaA2, Level};
 use crate::host::can::Product;
+use crate::profibus::fdl::Rates;
 use choice::rows;
 
 /// Every device; of a group the usual one first.
@@ -147,6 +148,9 @@ pub static DEVICES: &[Device] = &[
         },
     }),
 ];
+
+/// The rates that a line of PROFIBUS is offered: those of the usual device.
+pub(crate) const RATES: Rates = ag03::profibus::DESCRIPTION.rates;
 
 const GEAR: Choice = Choice {
     also: Some("gear_ratio"),

@@ -349,6 +349,28 @@ impl Unit {
             Self::HundredthVolts => "0.01 V",
         }
     }
+
+    /// The units that people write behind a value; empty: none.
+    pub(crate) const fn written(&self) -> &'static [&'static str] {
+        match self {
+            Self::Percent | Self::PercentOfAcceleration => &["%"],
+            Self::Rpm => &["rpm"],
+            Self::Position => &["inc", "mm"],
+            Self::Window => &["inc", "mm", "rpm"],
+            Self::Increments => &["inc"],
+            Self::SpindlePitch => &["mm"],
+            Self::Milliamperes => &["mA"],
+            Self::None
+            | Self::TenthDegrees
+            | Self::TenthVolts
+            | Self::HundredthVolts
+            | Self::Bits
+            | Self::Ascii
+            | Self::Version
+            | Self::Date
+            | Self::Choice(_) => &[],
+        }
+    }
 }
 
 impl fmt::Display for Unit {

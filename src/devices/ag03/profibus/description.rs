@@ -30,7 +30,7 @@ const NO_OUTPUTS: &[u8; PPO_LEN] = &[0; PPO_LEN];
 
 impl Device {
     /// What it counts positions in.
-    pub fn lengths(&self) -> Lengths {
+    fn lengths(&self) -> Lengths {
         Lengths::of_spindle_pitch(self.parameters().value(param::Parameter::SpindlePitch).cast_unsigned())
     }
 
@@ -273,6 +273,18 @@ impl Description for Device {
     fn each_parameter(&self, tell: &mut dyn FnMut(Parameter<'_>)) {
         for entry in param::parameters(self.config().model) {
             self.tell_parameter(entry, tell);
+        }
+    }
+
+    fn each_meaning(&self, tell: &mut dyn FnMut(u16, Option<u16>)) {
+        let (mode, pitch) = (param::Parameter::OperatingMode.entry(), param::Parameter::SpindlePitch.entry());
+        // Which of the two models it is.
+        for entry in [mode, pitch, param::Reading::BatteryVoltage.entry()] {
+            let word = match self.read_parameter(entry.pnu, None) {
+                Ok(param::Value::Word(word)) => Some(word),
+                Ok(param::Value::Double(_)) | Err(_) => None,
+            };
+            tell(entry.pnu.number(), word);
         }
     }
 
