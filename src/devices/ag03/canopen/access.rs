@@ -197,7 +197,7 @@ impl Part {
             (0x6060, 0) => mode(store.value(Parameter::OperatingMode)).into(),
             pair @ (0.., 0..) => match reading(pair) {
                 Some(reading) => {
-                    let value = self.unit.measure(reading).ok_or(Abort::INTERNAL)?;
+                    let value = self.unit.measure(reading).map_err(|_of_bus| Abort::INTERNAL)?;
                     // Double words that are no position have no sign.
                     if reading.entry().signed { value.into() } else { value.cast_unsigned().into() }
                 }

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::{Gear, Model, Parameter, Pnu, Quirks, Value, Width};
+use super::{Gear, Model, Parameter, Pnu, Quirks, Reading, Value, Width};
 
 /// What is known about one parameter number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,41 +110,6 @@ pub struct Setting {
     pub group: Group,
     /// In which operating states it may be written.
     pub writable: WritableWhen,
-}
-
-/// A value the drive only shows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Reading {
-    /// PNU 918, station address, set by DIP switches.
-    Address,
-    /// PNU 945, codes of the last ten faults.
-    FaultBuffer,
-    /// PNU 952, number of faults so far.
-    FaultCount,
-    /// PNU 961, tells the gear.
-    HardwareVersion,
-    /// PNU 965, 0x0101 = 1.01 (`ag03.md` C-34: not the profile number).
-    SoftwareVersion,
-    /// PNU 1020, system status word SSW.
-    SystemStatus,
-    /// PNU 1027, temperature of the output stage.
-    Temperature,
-    /// PNU 1029, motor current.
-    MotorCurrent,
-    /// PNU 1031, general status register.
-    GeneralStatus,
-    /// PNU 1033, serial number.
-    SerialNumber,
-    /// PNU 1034, date of production.
-    ProductionDate,
-    /// PNU 1036, position value.
-    Position,
-    /// PNU 1040, supply voltage of the output stage.
-    OutputStageVoltage,
-    /// PNU 1041, supply voltage of the control.
-    ControlVoltage,
-    /// PNU 1042, battery voltage.
-    BatteryVoltage,
 }
 
 /// Whether a parameter can be read and written.

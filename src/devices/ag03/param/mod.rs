@@ -37,16 +37,14 @@ mod quirks;
 mod store;
 mod table;
 
-pub use entry::{
-    Access, DefaultSet, Entry, Group, Kind, Limits, Models, Range, Reading, Setting, Unit, WritableWhen,
-};
+pub use entry::{Access, DefaultSet, Entry, Group, Kind, Limits, Models, Range, Setting, Unit, WritableWhen};
 pub use in_words::{InWords, Lengths, Position};
 pub use model::{Gear, GearError, Model, ModelError};
 pub use quirks::Quirks;
 pub use store::{Identity, Store};
 pub use table::{
-    CALIBRATE, CLEAR_FAULTS, LOAD_PARAMETER_SET, POSITIONING_MODE, Parameter, TABLE, VELOCITY_MODE, entry,
-    parameters,
+    CALIBRATE, CLEAR_FAULTS, LOAD_PARAMETER_SET, POSITIONING_MODE, Parameter, Reading, TABLE, VELOCITY_MODE,
+    entry, parameters,
 };
 
 use core::fmt;

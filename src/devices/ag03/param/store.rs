@@ -1,7 +1,7 @@
 //! The values of one drive, and who may change them when.
 
-use super::entry::{DefaultSet, Entry, Kind, LOAD_COMMANDS, Range, Reading, WritableWhen};
-use super::table::{self, Parameter};
+use super::entry::{DefaultSet, Entry, Kind, LOAD_COMMANDS, Range, WritableWhen};
+use super::table::{self, Parameter, Reading};
 use super::{
     Effect, Gear, Model, NotNow, ParamError, Pnu, Quirks, Subindex, Value, Width, Write, WriteContext,
 };

@@ -6,7 +6,7 @@
 
 use core::fmt;
 
-use super::entry::{Entry, Group, Kind, Limits, Models, Range, Reading, Setting, Unit, WritableWhen};
+use super::entry::{Entry, Group, Kind, Limits, Models, Range, Setting, Unit, WritableWhen};
 use super::on_canopen::{Coding, ObjectEntry};
 use super::{FAULT_BUFFER_LEN, Model, Pnu, Width};
 
@@ -114,6 +114,41 @@ impl Parameter {
     pub fn all() -> impl Iterator<Item = Self> {
         SETTINGS.iter().map(|setting| setting.parameter)
     }
+}
+
+/// A value the drive only shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Reading {
+    /// PNU 918, station address, set by DIP switches.
+    Address,
+    /// PNU 945, codes of the last ten faults.
+    FaultBuffer,
+    /// PNU 952, number of faults so far.
+    FaultCount,
+    /// PNU 961, tells the gear.
+    HardwareVersion,
+    /// PNU 965, 0x0101 = 1.01 (`ag03.md` C-34: not the profile number).
+    SoftwareVersion,
+    /// PNU 1020, system status word SSW.
+    SystemStatus,
+    /// PNU 1027, temperature of the output stage.
+    Temperature,
+    /// PNU 1029, motor current.
+    MotorCurrent,
+    /// PNU 1031, general status register.
+    GeneralStatus,
+    /// PNU 1033, serial number.
+    SerialNumber,
+    /// PNU 1034, date of production.
+    ProductionDate,
+    /// PNU 1036, position value.
+    Position,
+    /// PNU 1040, supply voltage of the output stage.
+    OutputStageVoltage,
+    /// PNU 1041, supply voltage of the control.
+    ControlVoltage,
+    /// PNU 1042, battery voltage.
+    BatteryVoltage,
 }
 
 impl Reading {

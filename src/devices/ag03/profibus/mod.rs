@@ -199,7 +199,7 @@ impl Device {
     /// As [`Store::read`].
     pub(crate) fn read_parameter(&self, pnu: Pnu, element: Option<Subindex>) -> Result<Value, ParamError> {
         let Parts { unit, shown, .. } = &self.part;
-        unit.read(pnu, element, |reading, element| shown.show(unit, reading, element))
+        unit.read(pnu, element, |of_bus, element| shown.show(unit, of_bus, element))
     }
 
     /// What stands now against a start with the newest outputs (`ag03.md` 8 rows 20 to 22, 40); `None`: nothing.

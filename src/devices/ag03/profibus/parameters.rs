@@ -4,9 +4,9 @@ use super::words::{self, Words};
 use crate::devices::ag03::drive::FaultBuffer;
 use crate::devices::ag03::param;
 use crate::devices::ag03::param::{
-    Access, Model, NotNow, ParamError, Pnu, Reading, Store, Subindex, Write, WriteContext,
+    Access, Model, NotNow, ParamError, Pnu, Store, Subindex, Write, WriteContext,
 };
-use crate::devices::ag03::unit::Unit;
+use crate::devices::ag03::unit::{OfBus, Unit};
 use crate::profibus::fdl::Address;
 use crate::profibus::pkw;
 use crate::profibus::pkw::{JobError, Parameters};
@@ -37,26 +37,15 @@ pub(super) struct Shown {
 }
 
 impl Shown {
-    /// A parameter of the drive that is only read, as PROFIBUS shows it.
-    pub(super) fn show(&self, unit: &Unit, reading: Reading, element: Subindex) -> i32 {
-        match reading {
-            Reading::Address => self.address.number().into(),
-            Reading::FaultBuffer => {
+    /// What only the bus shows, as PROFIBUS does.
+    pub(super) fn show(&self, unit: &Unit, shown: OfBus, element: Subindex) -> i32 {
+        match shown {
+            OfBus::Address => self.address.number().into(),
+            OfBus::FaultBuffer => {
                 self.fault_codes(unit).get(usize::from(element.0)).copied().unwrap_or_default().into()
             }
-            Reading::SystemStatus => self.words.system_status(unit.status()).into(),
-            Reading::GeneralStatus => words::general_status(unit.status()).into(),
-            Reading::FaultCount
-            | Reading::HardwareVersion
-            | Reading::SoftwareVersion
-            | Reading::Temperature
-            | Reading::MotorCurrent
-            | Reading::SerialNumber
-            | Reading::ProductionDate
-            | Reading::Position
-            | Reading::OutputStageVoltage
-            | Reading::ControlVoltage
-            | Reading::BatteryVoltage => unit.measure(reading).unwrap_or_default(),
+            OfBus::SystemStatus => self.words.system_status(unit.status()).into(),
+            OfBus::GeneralStatus => words::general_status(unit.status()).into(),
         }
     }
 }
@@ -72,7 +61,7 @@ impl Shown {
 impl Parameters for Channel<'_> {
     fn read(&self, pnu: u16, element: Option<u8>) -> Result<pkw::Value, JobError> {
         let pnu = Pnu::from_low_bits(pnu);
-        let show = |reading, element| self.shown.show(self.unit, reading, element);
+        let show = |shown, element| self.shown.show(self.unit, shown, element);
         let value = self.unit.read(pnu, element.map(Subindex), show)?;
         self.quirks.check_read(self.unit.parameters(), pnu)?;
         Ok(value.into())

@@ -49,6 +49,7 @@ pub use cycle::{ApplicationCycle, CycleTooShort, Cycles, DEFAULT_APPLICATION_CYC
 pub use dip::DipSwitches;
 pub use event::{Event, Queue, Writer};
 pub use image::{BusSettings, BusSettingsError, IMAGE_LEN, Image, ImageError, ImageOctets, MAX_IMAGE_LEN};
+pub(crate) use parameters::OfBus;
 pub use parameters::Written;
 pub use power::{Power, Switched};
 pub use storage::{Eeprom, EepromState, Generation, NotStored, Outcome, StoreRequest};

@@ -21,6 +21,19 @@ pub struct Written {
     pub waits: bool,
 }
 
+/// A parameter that each bus shows in its own way.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum OfBus {
+    /// PNU 918.
+    Address,
+    /// PNU 945.
+    FaultBuffer,
+    /// PNU 1020.
+    SystemStatus,
+    /// PNU 1031.
+    GeneralStatus,
+}
+
 impl Unit {
     /// Reads a parameter by its PROFIDRIVE number. `show` is asked for what only the bus knows: its address and the words
     /// in which it puts the [status](Unit::status).
@@ -31,17 +44,20 @@ impl Unit {
         &self,
         pnu: Pnu,
         element: Option<Subindex>,
-        show: impl FnOnce(Reading, Subindex) -> i32,
+        show: impl FnOnce(OfBus, Subindex) -> i32,
     ) -> Result<Value, ParamError> {
         self.store.read(pnu, element, |reading, element| {
-            self.measure(reading).unwrap_or_else(|| show(reading, element))
+            self.measure(reading).unwrap_or_else(|of_bus| show(of_bus, element))
         })
     }
 
-    /// What the unit itself measures and counts; `None`: the bus knows how it is shown.
-    pub(crate) fn measure(&self, reading: Reading) -> Option<i32> {
+    /// What the unit itself measures and counts.
+    ///
+    /// # Errors
+    /// The bus knows how it is shown.
+    pub(crate) fn measure(&self, reading: Reading) -> Result<i32, OfBus> {
         let measured = self.drive.measured();
-        Some(match reading {
+        Ok(match reading {
             Reading::FaultCount => self.drive.faults().count().into(),
             Reading::Temperature => measured.temperature.into(),
             Reading::MotorCurrent => measured.current.into(),
@@ -53,9 +69,10 @@ impl Unit {
             Reading::SoftwareVersion => self.store.identity().software_version.into(),
             Reading::SerialNumber => self.store.identity().serial_number.cast_signed(),
             Reading::ProductionDate => self.store.identity().production_date.cast_signed(),
-            Reading::Address | Reading::FaultBuffer | Reading::SystemStatus | Reading::GeneralStatus => {
-                return None;
-            }
+            Reading::Address => return Err(OfBus::Address),
+            Reading::FaultBuffer => return Err(OfBus::FaultBuffer),
+            Reading::SystemStatus => return Err(OfBus::SystemStatus),
+            Reading::GeneralStatus => return Err(OfBus::GeneralStatus),
         })
     }
 

@@ -3,7 +3,7 @@ mod every_number_and_job;
 use proptest::prelude::*;
 
 use super::*;
-use crate::devices::ag03::param::{Effect, Gear, Parameter};
+use crate::devices::ag03::param::{Effect, Gear, Parameter, Reading};
 use crate::profibus::pkw::{Config, Engine, ErrorNumber, Refusal, SubindexOctet};
 use crate::profibus::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
 
