@@ -2,21 +2,17 @@
 //!
 //! `cargo run --example own_drive -- PATH` serves a pseudo-terminal at PATH; `own_drive.gsd` is its GSD.
 
-use profidrive::devices::StationEvent;
+use profidrive::devices::{PlainStation, SlaveDevice};
 use profidrive::face::Description;
 use profidrive::face::description::{self, Amount, Curve, Group};
 use profidrive::face::surroundings::{Input, InputKind, Level, Surroundings};
 use profidrive::host::link::pty::Pty;
-use profidrive::host::{self, Bus, Participant, Stop, SystemClock};
-use profidrive::profibus::dp::{self, Fixed, Station};
-use profidrive::profibus::fdl::MAX_TELEGRAM_LEN;
-use profidrive::profibus::fdl::{Address, Telegram};
+use profidrive::host::{self, Bus, Stop, SystemClock};
+use profidrive::profibus::dp::{self, Fixed};
+use profidrive::profibus::fdl::Address;
 use profidrive::profibus::pkw::{Config, Engine, JobError, Parameters, Value, Written};
 use profidrive::profibus::ppo::{Pkw, PpoType};
 use profidrive::time::{BaudRate, Instant};
-
-type Buffer = [u8; MAX_TELEGRAM_LEN];
-type News<'a> = &'a mut dyn FnMut(StationEvent);
 
 const OWN: dp::Description = dp::Description { ident: 0x4F44, ..dp::Description::PLAIN };
 const PPO_1: Fixed<'static> = Fixed { configurations: &[PpoType::Ppo1.configuration()], ..Fixed::PLAIN };
@@ -70,35 +66,36 @@ const LOCKED: Input =
     Input { name: "locked", about: "the shaft is held; the speed is 0", kind: InputKind::Switch };
 
 pub(crate) struct OwnDrive {
-    station: Station,
     channel: Engine,
     table: Table,
+    actual: i16,
     locked: bool,
 }
 
 impl OwnDrive {
-    pub(crate) fn new(address: Address) -> Self {
-        let station = Station::new(address, BaudRate::K500, None, OWN, PPO_1);
+    pub(crate) fn station(address: Address) -> PlainStation<Self> {
         let table = Table { ramp: 10, speeds: [100, 200, 300] };
-        Self { station, channel: Engine::new(Config::default()), table, locked: false }
+        let drive = Self { channel: Engine::new(Config::default()), table, actual: 0, locked: false };
+        PlainStation::new(address, BaudRate::K500, OWN, PPO_1, drive)
+    }
+}
+
+/// The application: the parameter channel, ZSW and actual value as commanded by STW and setpoint.
+impl SlaveDevice for OwnDrive {
+    fn product(&self) -> (&'static str, &str) {
+        ("own-drive", "Own drive")
     }
 
-    /// The application: the parameter channel, ZSW and actual value as commanded by STW and setpoint.
-    fn cycle(&mut self) {
-        let Some((pkw, [stw_high, stw_low, setpoint @ ..])) =
-            self.station.slave().outputs().split_first_chunk()
+    fn exchange(&mut self, _: Instant, outputs: &[u8], inputs: &mut [u8]) {
+        let (Some((job, [stw @ .., high, low])), Some((reply, [zsw @ .., actual_high, actual_low]))) =
+            (outputs.split_first_chunk(), inputs.split_first_chunk_mut())
         else {
             return;
         };
-        let reply = self.channel.cycle(Pkw::from_octets(*pkw), &mut self.table).reply;
-        let actual: &[u8] = if self.locked { &[0, 0] } else { setpoint };
-        self.station.set_inputs(&[&reply.to_octets()[..], &[*stw_high, *stw_low], actual].concat());
-    }
-
-    /// The actual value in percent: 4000h is 100 %.
-    fn speed(&self) -> Option<f64> {
-        let actual = self.station.slave().inputs().last_chunk()?;
-        Some(f64::from(i16::from_be_bytes(*actual)) * 100.0 / 16384.0)
+        *reply = self.channel.cycle(Pkw::from_octets(*job), &mut self.table).reply.to_octets();
+        zsw.copy_from_slice(stw);
+        self.actual = if self.locked { 0 } else { i16::from_be_bytes([*high, *low]) };
+        [*actual_high, *actual_low] = self.actual.to_be_bytes();
     }
 }
 
@@ -120,39 +117,10 @@ impl Surroundings for OwnDrive {
 
 impl Description for OwnDrive {
     fn each_value(&self, tell: &mut dyn FnMut(description::Value<'_>)) {
-        let speed = description::Value::new("speed", "speed", Group::Motion, Amount::from(self.speed()));
+        // 4000h is 100 %.
+        let speed = Amount::Number(f64::from(self.actual) * 100.0 / 16384.0);
+        let speed = description::Value::new("speed", "speed", Group::Motion, speed);
         tell(speed.unit("%").curve(Curve::Own).headline());
-    }
-}
-
-impl Participant for OwnDrive {
-    fn address(&self) -> Address {
-        self.station.address()
-    }
-    fn set_baud(&mut self, baud: BaudRate) {
-        self.station.set_baud(baud);
-    }
-    fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>, news: News<'_>) {
-        Participant::handle_telegram(&mut self.station, now, telegram, news);
-        self.cycle();
-    }
-    fn handle_timeout(&mut self, now: Instant, news: News<'_>) {
-        Participant::handle_timeout(&mut self.station, now, news);
-    }
-    fn poll_transmit(&mut self, now: Instant, buf: &mut Buffer, news: News<'_>) -> Option<usize> {
-        Participant::poll_transmit(&mut self.station, now, buf, news)
-    }
-    fn poll_timeout(&self) -> Option<Instant> {
-        self.station.poll_timeout()
-    }
-    fn watchdog_on(&self) -> bool {
-        self.station.slave().watchdog_on()
-    }
-    fn description(&self) -> Option<&dyn Description> {
-        Some(self)
-    }
-    fn description_mut(&mut self) -> Option<&mut dyn Description> {
-        Some(self)
     }
 }
 
@@ -160,7 +128,7 @@ impl Participant for OwnDrive {
 fn main() -> Result<(), Box<dyn core::error::Error>> {
     let path = std::env::args().nth(1).ok_or("usage: own_drive PATH")?;
     let (mut bus, mut pty) = (Bus::new(), Pty::open(Some(path.as_ref()))?);
-    bus.add(OwnDrive::new(Address::station(5)?))?;
+    bus.add(OwnDrive::station(Address::station(5)?))?;
     println!("ready link={path} stations=5");
     let mut log = |event| eprintln!("{event}");
     Ok(host::run(&mut pty, &mut bus, &SystemClock::new(), &Stop::new()?, &mut log)?)

@@ -8,6 +8,7 @@
 //! | [`ppo_drive`] | any drive with variable speed of PROFIDRIVE version 2 |
 //! | `node` | [`CanopenDevice`]: what a host asks of any device on CANopen |
 //! | `plain_node` | [`PlainNode`]: any device on CANopen that has no clock of its own |
+//! | `plain_station` | [`PlainStation`]: any device on PROFIBUS that makes inputs of outputs |
 //! | [`vocabulary`] | what a device on CANopen calls what it says |
 //! | `drive_state` | the states of every machine in the words that all devices share |
 //! | `station_event` | [`StationEvent`]: news of any station on PROFIBUS |
@@ -19,6 +20,7 @@ pub mod asda_a2;
 mod drive_state;
 mod node;
 mod plain_node;
+mod plain_station;
 pub mod ppo_drive;
 pub(crate) mod reasons;
 mod station_event;
@@ -26,5 +28,6 @@ pub mod vocabulary;
 
 pub use node::{CanopenDevice, CanopenEvent, RecallError};
 pub use plain_node::PlainNode;
+pub use plain_station::{PlainStation, SlaveDevice};
 pub use station_event::StationEvent;
 pub use vocabulary::Vocabulary;

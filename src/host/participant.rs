@@ -7,9 +7,9 @@ use std::path::PathBuf;
 
 use super::state_dir::Images;
 use super::{GsdStation, Stored};
-use crate::devices::StationEvent;
 use crate::devices::ag03::param::Model;
 use crate::devices::ag03::profibus::{Config, DESCRIPTION, Device, MAX_TELEGRAM_LEN, Power};
+use crate::devices::{PlainStation, SlaveDevice, StationEvent};
 use crate::face::{Description, DriveState, Why};
 use crate::profibus::dp;
 use crate::profibus::fdl::{Address, Rates, Telegram};
@@ -390,5 +390,60 @@ impl<A: dp::Application + Send + 'static> Participant for dp::Station<A> {
 
     fn appearance(&self) -> Appearance<'_> {
         Appearance::of_slave(self.slave())
+    }
+}
+
+impl<D: SlaveDevice> Participant for PlainStation<D> {
+    fn address(&self) -> Address {
+        self.station.address()
+    }
+
+    fn set_baud(&mut self, baud: BaudRate) {
+        self.station.set_baud(baud);
+    }
+
+    fn rates(&self) -> Rates {
+        Participant::rates(&self.station)
+    }
+
+    fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent)) {
+        Participant::handle_telegram(&mut self.station, now, telegram, news);
+        self.exchange(now);
+    }
+
+    fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(StationEvent)) {
+        Participant::handle_timeout(&mut self.station, now, news);
+        self.exchange(now);
+    }
+
+    fn poll_transmit(
+        &mut self,
+        now: Instant,
+        buf: &mut [u8; MAX_TELEGRAM_LEN],
+        news: &mut dyn FnMut(StationEvent),
+    ) -> Option<usize> {
+        Participant::poll_transmit(&mut self.station, now, buf, news)
+    }
+
+    fn poll_timeout(&self) -> Option<Instant> {
+        Instant::first_of(self.station.poll_timeout(), self.device.due())
+    }
+
+    fn watchdog_on(&self) -> bool {
+        self.station.slave().watchdog_on()
+    }
+
+    fn appearance(&self) -> Appearance<'_> {
+        let (device, product) = self.device.product();
+        let drive = self.device.drive_state();
+        Appearance { device, product: product.into(), drive, ..Appearance::of_slave(self.station.slave()) }
+    }
+
+    fn description(&self) -> Option<&dyn Description> {
+        Some(&self.device)
+    }
+
+    fn description_mut(&mut self) -> Option<&mut dyn Description> {
+        Some(&mut self.device)
     }
 }

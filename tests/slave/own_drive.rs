@@ -5,8 +5,9 @@ mod example;
 
 use example::OwnDrive;
 use profidrive::client::{ErrorCode, Job, PkwClient, PkwError, Profile, Reply};
+use profidrive::devices::PlainStation;
 use profidrive::devices::ag03::param::{Pnu, Subindex, Value};
-use profidrive::face::surroundings::{Level, Surroundings};
+use profidrive::face::surroundings::Level;
 use profidrive::host::Participant;
 use profidrive::profibus::fdl::telegram::{Decoded, decode};
 use profidrive::profibus::fdl::{
@@ -16,8 +17,10 @@ use profidrive::profibus::pkw::ErrorNumber;
 use profidrive::profibus::ppo::Pkw;
 use profidrive::time::Instant;
 
+type Drive = PlainStation<OwnDrive>;
+
 /// The data of what comes back; a short acknowledgement has none.
-fn ask(drive: &mut OwnDrive, now: &mut Instant, sap: Option<u8>, data: &[u8]) -> Vec<u8> {
+fn ask(drive: &mut Drive, now: &mut Instant, sap: Option<u8>, data: &[u8]) -> Vec<u8> {
     let (dsap, ssap) = (sap.and_then(Sap::new), sap.and(Sap::new(62)));
     let request = DataTelegram {
         format: DataTelegram::customary_format(dsap, ssap, data),
@@ -42,8 +45,8 @@ fn ask(drive: &mut OwnDrive, now: &mut Instant, sap: Option<u8>, data: &[u8]) ->
 }
 
 /// Started as a master starts it.
-fn started(now: &mut Instant) -> OwnDrive {
-    let mut drive = OwnDrive::new(Address::station(5).unwrap());
+fn started(now: &mut Instant) -> Drive {
+    let mut drive = OwnDrive::station(Address::station(5).unwrap());
     ask(&mut drive, now, Some(61), &[0x80, 1, 1, 11, 0x4F, 0x44, 0]);
     ask(&mut drive, now, Some(62), profidrive::profibus::ppo::PpoType::Ppo1.configuration());
     drive
@@ -54,7 +57,7 @@ fn whoever_shows_it_asks_for_its_inputs_and_values() {
     let mut now = Instant::from_millis(1);
     let mut drive = started(&mut now);
     let half = [&[0; 8][..], &[0x04, 0x7F, 0x20, 0]].concat();
-    let shown = |drive: &OwnDrive| {
+    let shown = |drive: &Drive| {
         let mut shown = Vec::new();
         drive.description().unwrap().each_value(&mut |value| {
             shown.push((value.key, value.amount.number(), value.unit));
@@ -67,13 +70,13 @@ fn whoever_shows_it_asks_for_its_inputs_and_values() {
     assert_eq!(shown(&drive), [("speed", Some(50.0), "%")]);
 
     let mut inputs = Vec::new();
-    drive.each_input(&mut |input, level| inputs.push((input.name, level)));
+    drive.description().unwrap().each_input(&mut |input, level| inputs.push((input.name, level)));
     assert_eq!(inputs, [("locked", Level::Switch(false))]);
     drive.description_mut().unwrap().set_input(now, "locked", Level::Switch(true));
     ask(&mut drive, &mut now, None, &half);
     assert_eq!(ask(&mut drive, &mut now, None, &half)[8..], [0x04, 0x7F, 0, 0]);
     assert_eq!(shown(&drive), [("speed", Some(0.0), "%")]);
-    drive.make_nominal(now);
+    drive.description_mut().unwrap().make_nominal(now);
     ask(&mut drive, &mut now, None, &half);
     assert_eq!(ask(&mut drive, &mut now, None, &half)[8..], half[8..]);
 }
