@@ -20,7 +20,7 @@ const TABLE: &[(&str, &[&str])] = &[
     // What every device is asked: of the buses it has the place of an entry only.
     ("face", &["can_bus::canopen", "time"]),
     // The devices without a bus, then on either bus.
-    ("devices::ag03::param", &[]),
+    ("devices::ag03::param", &["face"]),
     ("devices::ag03::drive", &["devices::ag03::param", "time"]),
     ("devices::ag03::unit", &["devices::ag03::drive", "devices::ag03::param", "face", "image", "time"]),
     ("devices::ap10", &["face", "time"]),

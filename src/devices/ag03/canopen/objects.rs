@@ -3,11 +3,10 @@
 
 use crate::can_bus::canopen::dictionary::{Entry, Object};
 use crate::can_bus::canopen::eds::Sheet;
-use crate::can_bus::canopen::value::DataType;
-use crate::can_bus::canopen::value::DataType::{I16, I32, U8, U16, U32, VisibleString};
+use crate::can_bus::canopen::value::DataType::{I32, U8, U16, U32, VisibleString};
 use crate::devices::ag03::param::on_canopen;
-use crate::devices::ag03::param::on_canopen::{Coding, ObjectEntry};
 use crate::devices::ag03::param::{Gear, Model, Parameter, Quirks, Reading};
+use crate::face::ObjectEntry;
 
 use super::access::mode;
 
@@ -53,28 +52,18 @@ pub(super) fn reading(pair: (u16, u8)) -> Option<Reading> {
 
 /// The entry of a stored parameter: all of it is in the row of the parameter.
 const fn kept(parameter: Parameter, gear: Gear) -> Entry {
-    let (setting, stored, ObjectEntry { at: (_, sub), coding, name }) = parameter.on_canopen();
+    let (setting, stored, ObjectEntry { at: (_, sub), data, name }) = parameter.on_canopen();
     let range = setting.limits.range(Model::Ag03_1, gear, Quirks::NONE);
     let is_mode = matches!(parameter, Parameter::OperatingMode);
     let default = if is_mode { mode(setting.default) } else { setting.default };
-    let entry = Entry::rw(sub, name, data(coding)).number(default as i64);
+    let entry = Entry::rw(sub, name, data).number(default as i64);
     Entry { stored, ..entry.range(range.low as i64, range.high as i64) }
 }
 
 /// The entry of a read-out.
 const fn shown(reading: Reading) -> Entry {
-    let ObjectEntry { at: (_, sub), coding, name } = reading.on_canopen();
-    Entry::ro(sub, name, data(coding)).live()
-}
-
-const fn data(coding: Coding) -> DataType {
-    match coding {
-        Coding::U8 => U8,
-        Coding::U16 => U16,
-        Coding::U32 => U32,
-        Coding::I16 => I16,
-        Coding::I32 => I32,
-    }
+    let ObjectEntry { at: (_, sub), data, name } = reading.on_canopen();
+    Entry::ro(sub, name, data).live()
 }
 
 /// The largest target position in either direction.

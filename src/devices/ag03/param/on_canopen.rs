@@ -2,26 +2,7 @@
 
 use super::table::{ROWS, Row, rows_by_parameter, rows_by_reading};
 use super::{Entry, Kind, Parameter, Reading, Setting};
-
-/// How the object dictionary codes a value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Coding {
-    U8,
-    U16,
-    U32,
-    I16,
-    I32,
-}
-
-/// A place in the object dictionary.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ObjectEntry {
-    /// Index and sub-index.
-    pub(crate) at: (u16, u8),
-    pub(crate) coding: Coding,
-    /// The name in the manual of CANopen.
-    pub(crate) name: &'static str,
-}
+use crate::face::ObjectEntry;
 
 /// The parameters by their place; every one has one.
 pub(crate) static PARAMETERS: [((u16, u8), Parameter); Parameter::COUNT] = parameters();

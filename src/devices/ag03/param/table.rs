@@ -7,8 +7,8 @@
 use core::fmt;
 
 use super::entry::{Entry, Group, Kind, Limits, Models, Range, Setting, Unit, WritableWhen};
-use super::on_canopen::{Coding, ObjectEntry};
 use super::{FAULT_BUFFER_LEN, Model, Pnu, Width};
+use crate::face::{DataType, ObjectEntry};
 
 /// Every parameter of either model, in the order of the numbers.
 pub static TABLE: &[Entry] = &STORED;
@@ -201,7 +201,7 @@ const INPOS_MODES: &[(u16, &str)] =
 
 #[rustfmt::skip] // one row per line
 pub(super) const ROWS: [Row; 41] = {
-    use Coding as C;
+    use DataType as C;
     use Parameter as P;
     use Reading as R;
     use Unit as U;
@@ -252,8 +252,8 @@ pub(super) const ROWS: [Row; 41] = {
 };
 
 /// A parameter with its place in the object dictionary of the AG03/1.
-const fn on_canopen(entry: Entry, index: u16, sub: u8, coding: Coding, name: &'static str) -> Row {
-    Row { entry, object: Some(ObjectEntry { at: (index, sub), coding, name }) }
+const fn on_canopen(entry: Entry, index: u16, sub: u8, data: DataType, name: &'static str) -> Row {
+    Row { entry, object: Some(ObjectEntry { at: (index, sub), data, name }) }
 }
 
 /// A parameter that the object dictionary does not have.

@@ -1,10 +1,10 @@
 //! The object dictionary of the AP10 (manual 5.7; rows `ap10` of the project's reference, in its order).
 
 use crate::can_bus::canopen::Address;
-use crate::can_bus::canopen::dictionary::{Entry, Home, Object};
-use crate::can_bus::canopen::value::DataType;
-use crate::can_bus::canopen::value::DataType::{I16, I32, U8, U16, U32, VisibleString};
-use crate::devices::ap10::{RESOLUTION, Setting};
+use crate::can_bus::canopen::dictionary::{Entry, Home, Limits, Object};
+use crate::can_bus::canopen::value::DataType::{I32, U8, U16, U32, VisibleString};
+use crate::devices::ap10::{RESOLUTION, Rule, Setting};
+use crate::face::ObjectEntry;
 
 /// Transmission types of the two RPDOs.
 const RPDO_TYPES: &[(i64, i64)] = &[(0x00, 0xF0), (0xFE, 0xFF)];
@@ -26,9 +26,10 @@ const fn largest(sub: i64) -> Entry {
     Entry::ro(0, "Largest sub-index", U8).number(sub)
 }
 
-const fn setting(sub: u8, name: &'static str, data: DataType, setting: Setting) -> Entry {
-    let rule = setting.rule();
-    Entry::rw(sub, name, data).number(rule.default as i64).ranges(rule.ranges).stored()
+const fn setting(setting: Setting) -> Entry {
+    let (Rule { default, ranges }, ObjectEntry { at: (_, sub), data, name }) =
+        (setting.rule(), setting.object());
+    Entry::rw(sub, name, data).number(default as i64).ranges(ranges).stored()
 }
 
 const fn cob_id(name: &'static str, base: u32) -> Entry {
@@ -69,50 +70,6 @@ impl Alarm {
 
 /// The only bit of the warnings 6505h.
 pub(super) const BATTERY_WARNING: u16 = 1 << 4;
-
-/// The parameter of the device behind an entry, if there is one.
-pub(super) const fn setting_at(at: Address) -> Option<Setting> {
-    Some(match at.pair() {
-        (0x2001, 0) => Setting::ApplicationOffset,
-        (0x2003, 0) => Setting::CalibrationByKey,
-        (0x2004, 0) => Setting::IncrementalByKey,
-        (0x2005, 1) => Setting::ConfigurationByKey,
-        (0x2005, 2) => Setting::KeyEnableTime,
-        (0x2005, 3) => Setting::Internal,
-        (0x5F09, 1) => Setting::ExternalHeartbeatTime,
-        (0x5F09, 2) => Setting::ExternalHeartbeatSource,
-        (0x5F0A, 1) => Setting::NodeId,
-        (0x5F0A, 2) => Setting::AutoId,
-        (0x5F0A, 3) => Setting::BaudRate,
-        (0x5F0B, 0) => Setting::RowTwo,
-        (0x5F0D, 2) => Setting::DifferenceFormation,
-        (0x5F10, 0) => Setting::Window1,
-        (0x5F11, 0) => Setting::DecimalPlaces,
-        (0x5F12, 1) => Setting::Orientation,
-        (0x5F12, 2) => Setting::Led1,
-        (0x5F12, 3) => Setting::Led2,
-        (0x5F12, 4) => Setting::Led3,
-        (0x5F12, 5) => Setting::Led4,
-        (0x5F12, 6) => Setting::LedFlashing,
-        (0x5F12, 7) => Setting::WhiteBacklight,
-        (0x5F12, 8) => Setting::RedBacklight,
-        (0x5F12, 9) => Setting::BacklightFlashing,
-        (0x5F13, 1) => Setting::Divisor,
-        (0x5F13, 2) => Setting::DivisorUse,
-        (0x5F14, 0) => Setting::LoopLength,
-        (0x5F15, 0) => Setting::Positioning,
-        (0x5F1B, 2) => Setting::OperatingMode,
-        (0x5F1C, 0) => Setting::AcknowledgeKey,
-        (0x5F1C, 1) => Setting::PendingSteady,
-        (0x5F1F, 0) => Setting::Arrows,
-        (0x5F21, 1) => Setting::Window2,
-        (0x5F21, 2) => Setting::Window2Visible,
-        (0x6000, 0) => Setting::OperatingParameters,
-        (0x6001, 0) => Setting::StepsPerRevolution,
-        (0x6003, 0) => Setting::Preset,
-        (0.., 0..) => return None,
-    })
-}
 
 /// The dictionary, sorted by index.
 pub const OBJECTS: &[Object] = &[
@@ -236,42 +193,38 @@ pub const OBJECTS: &[Object] = &[
     ),
     Object::record(0x1A00, "TPDO1 mapping", &mapping([0x6004_0020, 0x5F1D_0010, 0x5F19_0010])),
     Object::record(0x1A01, "TPDO2 mapping", &mapping([0x6004_0020, 0x5F1D_0010, 0x5F19_0010])),
-    Object::var(0x2001, &[setting(0, "Application offset", I16, Setting::ApplicationOffset)]),
+    Object::var(0x2001, &[setting(Setting::ApplicationOffset)]),
     Object::var(0x2002, &[Entry::rw(0, "Calibrate", U8).number(0).stored()]),
-    Object::var(0x2003, &[setting(0, "Calibration by key", U8, Setting::CalibrationByKey)]),
-    Object::var(0x2004, &[setting(0, "Incremental measurement by key", U8, Setting::IncrementalByKey)]),
+    Object::var(0x2003, &[setting(Setting::CalibrationByKey)]),
+    Object::var(0x2004, &[setting(Setting::IncrementalByKey)]),
     Object::record(
         0x2005,
         "Configuration by key",
         &[
             largest(3),
-            setting(1, "Configuration by key", U8, Setting::ConfigurationByKey),
-            setting(2, "Key enable time s", U8, Setting::KeyEnableTime),
-            setting(3, "Internal", U32, Setting::Internal),
+            setting(Setting::ConfigurationByKey),
+            setting(Setting::KeyEnableTime),
+            setting(Setting::Internal),
         ],
     ),
     Object::var(0x5000, &[Entry::ro(0, "CAN bus error ranking", U32).number(0)]),
     Object::record(
         0x5F09,
         "External heartbeat",
-        &[
-            largest(2),
-            setting(1, "External heartbeat time ms", U16, Setting::ExternalHeartbeatTime),
-            setting(2, "External heartbeat source", U8, Setting::ExternalHeartbeatSource),
-        ],
+        &[largest(2), setting(Setting::ExternalHeartbeatTime), setting(Setting::ExternalHeartbeatSource)],
     ),
     Object::record(
         0x5F0A,
         "Node-ID and baud rate",
         &[
             largest(3),
-            setting(1, "Node-ID", U8, Setting::NodeId),
+            setting(Setting::NodeId),
             // Its range is judged by the device: an illegal number also ends Auto-ID.
-            Entry::rw(2, "Auto-ID", U8).number(0).stored(),
-            setting(3, "Baud rate", U8, Setting::BaudRate),
+            Entry { limits: Limits::Type, ..setting(Setting::AutoId) },
+            setting(Setting::BaudRate),
         ],
     ),
-    Object::var(0x5F0B, &[volatile(setting(0, "Row 2 display", U8, Setting::RowTwo))]),
+    Object::var(0x5F0B, &[volatile(setting(Setting::RowTwo))]),
     Object::var(0x5F0C, &[Entry::ro(0, "Control word", U16).number(0).live().to_rpdo()]),
     Object::record(
         0x5F0D,
@@ -279,38 +232,34 @@ pub const OBJECTS: &[Object] = &[
         &[
             largest(2),
             Entry::ro(1, "Differential value", U32).number(0).live(),
-            setting(2, "Difference formation", U8, Setting::DifferenceFormation),
+            setting(Setting::DifferenceFormation),
         ],
     ),
-    Object::var(0x5F10, &[setting(0, "Target window 1", U16, Setting::Window1)]),
-    Object::var(0x5F11, &[setting(0, "Decimal places", U8, Setting::DecimalPlaces)]),
+    Object::var(0x5F10, &[setting(Setting::Window1)]),
+    Object::var(0x5F11, &[setting(Setting::DecimalPlaces)]),
     Object::record(
         0x5F12,
         "Display orientation and LEDs",
         &[
             largest(9),
-            setting(1, "Display orientation", U8, Setting::Orientation),
-            setting(2, "LED1 green left", U8, Setting::Led1),
-            setting(3, "LED2 red left", U8, Setting::Led2),
-            setting(4, "LED3 green right", U8, Setting::Led3),
-            setting(5, "LED4 red right", U8, Setting::Led4),
-            setting(6, "LED flashing", U8, Setting::LedFlashing),
-            setting(7, "White backlight", U8, Setting::WhiteBacklight),
-            setting(8, "Red backlight", U8, Setting::RedBacklight),
-            setting(9, "Backlight flashing", U8, Setting::BacklightFlashing),
+            setting(Setting::Orientation),
+            setting(Setting::Led1),
+            setting(Setting::Led2),
+            setting(Setting::Led3),
+            setting(Setting::Led4),
+            setting(Setting::LedFlashing),
+            setting(Setting::WhiteBacklight),
+            setting(Setting::RedBacklight),
+            setting(Setting::BacklightFlashing),
         ],
     ),
     Object::record(
         0x5F13,
         "Display divisor",
-        &[
-            largest(2),
-            setting(1, "Display divisor", U8, Setting::Divisor),
-            setting(2, "Divisor application", U8, Setting::DivisorUse),
-        ],
+        &[largest(2), setting(Setting::Divisor), setting(Setting::DivisorUse)],
     ),
-    Object::var(0x5F14, &[setting(0, "Loop length", U16, Setting::LoopLength)]),
-    Object::var(0x5F15, &[setting(0, "Positioning type", U8, Setting::Positioning)]),
+    Object::var(0x5F14, &[setting(Setting::LoopLength)]),
+    Object::var(0x5F15, &[setting(Setting::Positioning)]),
     Object::record(
         0x5F16,
         "Set points",
@@ -327,34 +276,23 @@ pub const OBJECTS: &[Object] = &[
     Object::record(
         0x5F1B,
         "Sensor type and operating mode",
-        &[
-            largest(2),
-            Entry::ro(1, "Sensor type", U8).number(2),
-            setting(2, "Operating mode", U8, Setting::OperatingMode),
-        ],
+        &[largest(2), Entry::ro(1, "Sensor type", U8).number(2), setting(Setting::OperatingMode)],
     ),
     // Sub-index 0 is data (CN-119).
     Object::record(
         0x5F1C,
         "Acknowledgement settings",
-        &[
-            setting(0, "Acknowledge key", U8, Setting::AcknowledgeKey),
-            setting(1, "Flashing of pending set points", U8, Setting::PendingSteady),
-        ],
+        &[setting(Setting::AcknowledgeKey), setting(Setting::PendingSteady)],
     ),
     Object::var(0x5F1D, &[Entry::ro(0, "Dummy", U16).number(0).to_tpdo()]),
-    Object::var(0x5F1F, &[setting(0, "Direction indicators", U8, Setting::Arrows)]),
+    Object::var(0x5F1F, &[setting(Setting::Arrows)]),
     Object::record(
         0x5F21,
         "Target window 2",
-        &[
-            largest(2),
-            setting(1, "Target window 2", U16, Setting::Window2),
-            setting(2, "Window 2 visualisation", U8, Setting::Window2Visible),
-        ],
+        &[largest(2), setting(Setting::Window2), setting(Setting::Window2Visible)],
     ),
-    Object::var(0x6000, &[setting(0, "Operating parameters", U16, Setting::OperatingParameters)]),
-    Object::var(0x6001, &[setting(0, "Measuring steps per revolution", U32, Setting::StepsPerRevolution)]),
+    Object::var(0x6000, &[setting(Setting::OperatingParameters)]),
+    Object::var(0x6001, &[setting(Setting::StepsPerRevolution)]),
     Object::var(
         0x6002,
         &[Entry::rw(0, "Total measuring steps", U32)
@@ -362,7 +300,7 @@ pub const OBJECTS: &[Object] = &[
             .range(TOTAL_STEPS_RANGE.0, TOTAL_STEPS_RANGE.1)
             .stored()],
     ),
-    Object::var(0x6003, &[setting(0, "Preset (calibration) value", I32, Setting::Preset)]),
+    Object::var(0x6003, &[setting(Setting::Preset)]),
     Object::var(0x6004, &[Entry::ro(0, "Position value", I32).number(0).live().to_tpdo()]),
     Object::var(
         0x6200,

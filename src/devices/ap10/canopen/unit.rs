@@ -5,7 +5,7 @@ use core::time::Duration;
 use heapless::Deque;
 
 use super::Quirks;
-use super::objects::{Alarm, BATTERY_WARNING, OBJECTS, TOTAL_STEPS, TOTAL_STEPS_RANGE, setting_at};
+use super::objects::{Alarm, BATTERY_WARNING, OBJECTS, TOTAL_STEPS, TOTAL_STEPS_RANGE};
 use crate::can_bus::canopen::dictionary;
 use crate::can_bus::canopen::dictionary::{Limits, Object};
 use crate::can_bus::canopen::storage::MAX_BESIDE;
@@ -275,7 +275,7 @@ impl Unit {
             (0x2002, 0) => self.indicator.recall(self.indicator.zero(), value != 0),
             (0x6509, 0) => self.indicator.recall(value, self.indicator.is_calibrated()),
             (0.., 0..) => {
-                if let Some(setting) = setting_at(at) {
+                if let Some(setting) = Setting::at(at.pair()) {
                     self.kept.set(setting, value);
                 }
             }
@@ -298,7 +298,7 @@ impl Unit {
             (0x5F0A, 2) => self.begin_auto_id(number),
             (0x6002, 0) => Ok(Written::Done),
             (index, _) => {
-                let setting = setting_at(at).ok_or(Abort::INTERNAL)?;
+                let setting = Setting::at(at.pair()).ok_or(Abort::INTERNAL)?;
                 let value = i32::try_from(number).map_err(|_| Abort::RANGE)?;
                 if !self.indicator.set(setting, value) {
                     return Err(Abort::RANGE);
@@ -351,7 +351,7 @@ impl Application for Unit {
             (0x6505, 0) => self.warnings().into(),
             (0x6509, 0) => indicator.zero().into(),
             (0.., 0..) => {
-                let setting = setting_at(at).ok_or(Abort::INTERNAL)?;
+                let setting = Setting::at(at.pair()).ok_or(Abort::INTERNAL)?;
                 indicator.settings().value(setting).into()
             }
         };
@@ -377,7 +377,7 @@ impl Application for Unit {
         Some(Rule::Limits(match at.pair() {
             (0x2002, 0) => Limits::Range(1, 1),
             (0x5F0A, 2) => Limits::Range(NodeId::MIN.number().into(), NodeId::MAX.number().into()),
-            (0.., 0..) => Limits::Ranges(setting_at(at)?.rule().ranges),
+            (0.., 0..) => Limits::Ranges(Setting::at(at.pair())?.rule().ranges),
         }))
     }
 
@@ -446,7 +446,7 @@ impl Application for Unit {
     }
 
     fn kept(&self, at: Address) -> Result<Value<'_>, Abort> {
-        match setting_at(at) {
+        match Setting::at(at.pair()) {
             Some(setting) => {
                 let number = self.kept.value(setting).into();
                 Value::whole(dictionary::entry(OBJECTS, at)?.data, number).ok_or(Abort::INTERNAL)
@@ -491,7 +491,7 @@ fn settings_of_dictionary() -> impl Iterator<Item = (Address, Setting)> {
     OBJECTS.iter().flat_map(|object| {
         object.entries.iter().filter(|entry| entry.stored).filter_map(|entry| {
             let at = Address { index: object.index, sub: entry.sub };
-            Some((at, setting_at(at)?))
+            Some((at, Setting::at(at.pair())?))
         })
     })
 }
