@@ -106,12 +106,18 @@ pub trait CanopenDevice: Send {
     /// Its objects as the node asks for them, for [`Node::read_with`].
     fn application(&self) -> &dyn Application;
 
+    /// Both, as the functions of [`Node`] want them.
+    fn parts(&mut self) -> (&mut Node, &mut dyn Application);
+
     /// Writes an entry as a client does, but without the bus: no client waits for it, and what it stores is stored later
     /// ([`Node::write_without_bus`]).
     ///
     /// # Errors
     /// What a client would be told; nothing is changed then.
-    fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal>;
+    fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal> {
+        let (node, application) = self.parts();
+        node.write_without_bus(now, at, octets, application)
+    }
 
     /// The node number in force: after power-on that of the device's memory.
     fn node_id(&self) -> NodeId {
@@ -139,19 +145,28 @@ pub trait CanopenDevice: Send {
     fn handle_error_state(&mut self, _now: Instant, _from: ErrorState, _to: ErrorState) {}
 
     /// The next frame to send.
-    fn poll_transmit(&mut self, now: Instant) -> Option<Frame>;
+    fn poll_transmit(&mut self, _now: Instant) -> Option<Frame> {
+        self.parts().0.poll_transmit()
+    }
 
     /// The next event.
-    fn poll_event(&mut self) -> Option<CanopenEvent>;
+    fn poll_event(&mut self) -> Option<CanopenEvent> {
+        self.parts().0.poll_event().map(CanopenEvent::Node)
+    }
 
     /// When [`handle_timeout`](Self::handle_timeout) is due.
-    fn poll_timeout(&self) -> Option<Instant>;
+    fn poll_timeout(&self) -> Option<Instant> {
+        self.node().poll_timeout()
+    }
 
     /// Takes over an image before the first power-on.
     ///
     /// # Errors
     /// [`RecallError`]; nothing is taken over then.
-    fn recall(&mut self, now: Instant, image: &[u8]) -> Result<(), RecallError>;
+    fn recall(&mut self, now: Instant, image: &[u8]) -> Result<(), RecallError> {
+        let (node, application) = self.parts();
+        Ok(node.recall(now, image, application)?)
+    }
 
     /// The image to keep ([`Node::poll_image`](crate::can_bus::canopen::Node::poll_image)).
     ///
@@ -160,8 +175,14 @@ pub trait CanopenDevice: Send {
     fn poll_image<'a>(
         &mut self,
         into: &'a mut [u8],
-    ) -> Result<Option<StoreRequest<&'a [u8]>>, storage::ImageError>;
+    ) -> Result<Option<StoreRequest<&'a [u8]>>, storage::ImageError> {
+        let (node, application) = self.parts();
+        node.poll_image(application, into)
+    }
 
     /// What became of an image ([`Node::handle_stored`](crate::can_bus::canopen::Node::handle_stored)).
-    fn handle_stored(&mut self, now: Instant, generation: Generation, outcome: Result<(), NotStored>);
+    fn handle_stored(&mut self, now: Instant, generation: Generation, outcome: Result<(), NotStored>) {
+        let (node, application) = self.parts();
+        node.handle_stored(now, generation, outcome, application);
+    }
 }

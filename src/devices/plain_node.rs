@@ -1,9 +1,9 @@
 //! A device on CANopen that has no clock of its own: an application behind a node.
 
-use super::{CanopenDevice, CanopenEvent, RecallError};
+use super::CanopenDevice;
 use crate::can_bus::can::Frame;
-use crate::can_bus::canopen::storage::{Eeprom, Generation, ImageError, NotStored, StoreRequest};
-use crate::can_bus::canopen::{Address, Application, Node, Policy, Refusal};
+use crate::can_bus::canopen::storage::Eeprom;
+use crate::can_bus::canopen::{Application, Node, Policy};
 use crate::face::Description;
 use crate::time::Instant;
 
@@ -41,8 +41,8 @@ impl<A: Application + Description + Send> CanopenDevice for PlainNode<A> {
         &self.application
     }
 
-    fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal> {
-        self.node.write_without_bus(now, at, octets, &mut self.application)
+    fn parts(&mut self) -> (&mut Node, &mut dyn Application) {
+        (&mut self.node, &mut self.application)
     }
 
     fn power_on(&mut self, now: Instant) {
@@ -59,29 +59,5 @@ impl<A: Application + Description + Send> CanopenDevice for PlainNode<A> {
 
     fn handle_timeout(&mut self, now: Instant) {
         self.node.handle_timeout(now, &mut self.application);
-    }
-
-    fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
-        self.node.poll_transmit()
-    }
-
-    fn poll_event(&mut self) -> Option<CanopenEvent> {
-        self.node.poll_event().map(CanopenEvent::Node)
-    }
-
-    fn poll_timeout(&self) -> Option<Instant> {
-        self.node.poll_timeout()
-    }
-
-    fn recall(&mut self, now: Instant, image: &[u8]) -> Result<(), RecallError> {
-        Ok(self.node.recall(now, image, &mut self.application)?)
-    }
-
-    fn poll_image<'a>(&mut self, into: &'a mut [u8]) -> Result<Option<StoreRequest<&'a [u8]>>, ImageError> {
-        self.node.poll_image(&self.application, into)
-    }
-
-    fn handle_stored(&mut self, now: Instant, generation: Generation, outcome: Result<(), NotStored>) {
-        self.node.handle_stored(now, generation, outcome, &mut self.application);
     }
 }

@@ -228,11 +228,12 @@ fn an_image_brings_settings_back() {
     rig.set(0x1010, 1, 0x6576_6173);
     rig.set(0x6067, 0, 10);
     let mut room = [0; 4000];
-    let len = rig.device.with_node(|node, app| node.image(app, &mut room)).unwrap();
+    let (node, app) = rig.device.parts();
+    let len = node.image(app, &mut room).unwrap();
 
     let mut device = AsdaA2::new(Config::new(NODE), Quirks::default(), rig.now);
     let now = rig.now;
-    device.with_node(|node, app| node.recall(now, &room[..len], app)).unwrap();
+    device.recall(now, &room[..len]).unwrap();
     device.power_on(now);
     let mut rig = Rig { now, device };
     rig.drain();

@@ -38,6 +38,10 @@ impl CanopenDevice for Ag03Node {
         &self.part
     }
 
+    fn parts(&mut self) -> (&mut Node, &mut dyn Application) {
+        (&mut self.node, &mut self.part)
+    }
+
     fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal> {
         self.advance(now);
         let outcome = self.node.write_without_bus(now, at, octets, &mut self.part);

@@ -2,10 +2,9 @@
 
 use super::{Ap10, Power};
 use crate::can_bus::can::{ErrorState, Frame};
-use crate::can_bus::canopen::storage::{Generation, ImageError, NotStored, StoreRequest};
-use crate::can_bus::canopen::{Address, Application, Node, Refusal};
+use crate::can_bus::canopen::{Application, Node};
+use crate::devices::CanopenDevice;
 use crate::devices::ap10::Setting;
-use crate::devices::{CanopenDevice, CanopenEvent, RecallError};
 use crate::face::Description;
 use crate::time::Instant;
 
@@ -26,8 +25,8 @@ impl CanopenDevice for Ap10 {
         &self.unit
     }
 
-    fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal> {
-        self.node.write_without_bus(now, at, octets, &mut self.unit)
+    fn parts(&mut self) -> (&mut Node, &mut dyn Application) {
+        (&mut self.node, &mut self.unit)
     }
 
     fn is_on(&self) -> bool {
@@ -88,14 +87,6 @@ impl CanopenDevice for Ap10 {
         self.set_error_passive(now, to == ErrorState::Passive);
     }
 
-    fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
-        self.node.poll_transmit()
-    }
-
-    fn poll_event(&mut self) -> Option<CanopenEvent> {
-        self.node.poll_event().map(CanopenEvent::Node)
-    }
-
     fn poll_timeout(&self) -> Option<Instant> {
         match self.power {
             Power::Off | Power::Listening => None,
@@ -104,17 +95,5 @@ impl CanopenDevice for Ap10 {
                 Instant::first_of(due, self.spin_due())
             }
         }
-    }
-
-    fn recall(&mut self, now: Instant, image: &[u8]) -> Result<(), RecallError> {
-        Ok(self.node.recall(now, image, &mut self.unit)?)
-    }
-
-    fn poll_image<'a>(&mut self, into: &'a mut [u8]) -> Result<Option<StoreRequest<&'a [u8]>>, ImageError> {
-        self.node.poll_image(&self.unit, into)
-    }
-
-    fn handle_stored(&mut self, now: Instant, generation: Generation, outcome: Result<(), NotStored>) {
-        self.node.handle_stored(now, generation, outcome, &mut self.unit);
     }
 }

@@ -2,10 +2,9 @@
 
 use super::AsdaA2;
 use crate::can_bus::can::{ErrorState, Frame};
-use crate::can_bus::canopen::storage::{Generation, ImageError, NotStored, StoreRequest};
 use crate::can_bus::canopen::{Address, Application, Node, Refusal};
+use crate::devices::CanopenDevice;
 use crate::devices::asda_a2::Alarm;
-use crate::devices::{CanopenDevice, CanopenEvent, RecallError};
 use crate::face::Description;
 use crate::time::Instant;
 
@@ -24,6 +23,10 @@ impl CanopenDevice for AsdaA2 {
 
     fn application(&self) -> &dyn Application {
         &self.drive
+    }
+
+    fn parts(&mut self) -> (&mut Node, &mut dyn Application) {
+        (&mut self.node, &mut self.drive)
     }
 
     fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal> {
@@ -67,27 +70,7 @@ impl CanopenDevice for AsdaA2 {
         self.node.handle_change(now, &mut self.drive);
     }
 
-    fn poll_transmit(&mut self, _: Instant) -> Option<Frame> {
-        self.node.poll_transmit()
-    }
-
-    fn poll_event(&mut self) -> Option<CanopenEvent> {
-        self.node.poll_event().map(CanopenEvent::Node)
-    }
-
     fn poll_timeout(&self) -> Option<Instant> {
         Instant::first_of(self.node.poll_timeout(), self.drive.servo.poll_timeout())
-    }
-
-    fn recall(&mut self, now: Instant, image: &[u8]) -> Result<(), RecallError> {
-        Ok(self.node.recall(now, image, &mut self.drive)?)
-    }
-
-    fn poll_image<'a>(&mut self, into: &'a mut [u8]) -> Result<Option<StoreRequest<&'a [u8]>>, ImageError> {
-        self.node.poll_image(&self.drive, into)
-    }
-
-    fn handle_stored(&mut self, now: Instant, generation: Generation, outcome: Result<(), NotStored>) {
-        self.node.handle_stored(now, generation, outcome, &mut self.drive);
     }
 }

@@ -84,14 +84,6 @@ impl AsdaA2 {
         objects::of(level)
     }
 
-    /// Calls `change` with the node and the device as the functions of [`Node`] want them, as for its storage.
-    pub fn with_node<R>(
-        &mut self,
-        change: impl FnOnce(&mut Node, &mut dyn crate::can_bus::canopen::Application) -> R,
-    ) -> R {
-        change(&mut self.node, &mut self.drive)
-    }
-
     /// The drive, to look at.
     pub const fn servo(&self) -> &Servo {
         &self.drive.servo
