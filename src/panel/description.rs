@@ -2,8 +2,9 @@
 //!
 //! Only tests make it: they compare it with `openapi.json`, which the panel serves.
 
+use utoipa::openapi::path::{Operation, Parameter, ParameterBuilder, ParameterIn};
 use utoipa::openapi::schema::{ObjectBuilder, OneOfBuilder, Schema, SchemaType, Type};
-use utoipa::openapi::{self, RefOr};
+use utoipa::openapi::{self, RefOr, Required};
 use utoipa::{IntoResponses, OpenApi, PartialSchema, ToSchema};
 
 use super::line::{self, faults};
@@ -73,9 +74,16 @@ use crate::host::list::{DEVICES, Device, Group};
 )]
 struct Api;
 
-/// With the paths by the address alone.
+/// With the variables of the paths, and the paths by the address alone.
 fn described() -> openapi::OpenApi {
     let mut api = Api::openapi();
+    for (path, item) in &mut api.paths.paths {
+        let names = path.split('{').skip(1).filter_map(|rest| rest.split('}').next());
+        let variables: Vec<_> = names.map(variable).collect();
+        for operation in operations(item) {
+            operation.parameters.get_or_insert_default().splice(..0, variables.clone());
+        }
+    }
     let of_stations = api.paths.paths.iter().filter_map(|(path, item)| {
         let rest = path.strip_prefix(STATIONS)?;
         Some((format!("{SHORT}{rest}"), by_address(item.clone())))
@@ -85,10 +93,44 @@ fn described() -> openapi::OpenApi {
     api
 }
 
+/// A variable of a path.
+fn variable(name: &str) -> Parameter {
+    let number = |highest: Option<usize>| {
+        ObjectBuilder::new().schema_type(Type::Integer).minimum(Some(0)).maximum(highest)
+    };
+    let text = |pattern: Option<&str>| ObjectBuilder::new().schema_type(Type::String).pattern(pattern);
+    let (schema, about) = match name {
+        "address" => (number(Some(127)), None),
+        "number" => (number(None), None),
+        "slot" => {
+            (text(None), Some("The number of the slot, or the name of its module if only one slot has it"))
+        }
+        "octet" => (number(Some(243)), Some("The first octet of the value in the slot, from 0")),
+        "type" => (
+            text(None),
+            Some(
+                "bit0 to bit7, unsigned8, unsigned16, unsigned32, signed8, signed16, signed32, float32; big-endian",
+            ),
+        ),
+        "index" => (text(Some("^(0x)?[0-9A-Fa-f]{1,4}h?$")), Some("hexadecimal, as 6041")),
+        "sub" => (text(Some("^(0x)?[0-9A-Fa-f]{1,2}h?$")), Some("hexadecimal, as 0")),
+        "key" => (
+            text(Some("^[0-9]{1,4}([.][0-9]{1,3})?$")),
+            Some("its number, as 1004; of an array with the element, as 945.0"),
+        ),
+        _line => (text(None), None),
+    };
+    let variable = ParameterBuilder::new().name(name).parameter_in(ParameterIn::Path);
+    variable.required(Required::True).description(about).schema(Some(schema)).build()
+}
+
+fn operations(item: &mut openapi::PathItem) -> impl Iterator<Item = &mut Operation> {
+    [&mut item.get, &mut item.put, &mut item.post, &mut item.patch, &mut item.delete].into_iter().flatten()
+}
+
 /// The operations of a path without the line.
 fn by_address(mut item: openapi::PathItem) -> openapi::PathItem {
-    let operations = [&mut item.get, &mut item.put, &mut item.post, &mut item.patch, &mut item.delete];
-    for operation in operations.into_iter().flatten() {
+    for operation in operations(&mut item) {
         if let Some(parameters) = &mut operation.parameters {
             parameters.retain(|parameter| parameter.name != "line");
         }

@@ -161,7 +161,7 @@ pub(super) struct PowerAnswer {
 
 /// The inputs of a station
 #[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/inputs", tag = "station",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = InputValues), Problems)))]
+    responses((status = 200, body = InputValues), Problems)))]
 pub(super) async fn read(place: Place) -> Result<Json<InputValues>, Problem> {
     let address = place.address;
     place.line.asking.ask(move |lent| Ok(Json(InputValues::of(lent.find(address)?.description)))).await?
@@ -171,8 +171,7 @@ pub(super) async fn read(place: Place) -> Result<Json<InputValues>, Problem> {
 ///
 /// What is left out stays as it is.
 #[cfg_attr(test, utoipa::path(patch, path = "/api/v1/lines/{line}/stations/{address}/inputs", tag = "station",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), request_body = InputsChange,
-    responses((status = 200, body = InputValues), Problems)))]
+    request_body = InputsChange, responses((status = 200, body = InputValues), Problems)))]
 pub(super) async fn change(
     place: Place,
     Body(InputsChange(changes)): Body<InputsChange>,
@@ -198,7 +197,7 @@ pub(super) async fn change(
 ///
 /// A shaft stays where it is. A fault that is latched waits for the master.
 #[cfg_attr(test, utoipa::path(delete, path = "/api/v1/lines/{line}/stations/{address}/inputs", tag = "station",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = InputValues), Problems)))]
+    responses((status = 200, body = InputValues), Problems)))]
 pub(super) async fn nominal(place: Place) -> Result<Json<InputValues>, Problem> {
     acted(&place, |station, acted| {
         station.make_nominal(acted.now);
@@ -211,8 +210,7 @@ pub(super) async fn nominal(place: Place) -> Result<Json<InputValues>, Problem> 
 ///
 /// Some follow once the shaft is commanded to turn, others at once. A fault that is latched waits for the master.
 #[cfg_attr(test, utoipa::path(post, path = "/api/v1/lines/{line}/stations/{address}/provoke", tag = "station",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), request_body = FaultToMake,
-    responses((status = 200, body = InputValues), Problems)))]
+    request_body = FaultToMake, responses((status = 200, body = InputValues), Problems)))]
 pub(super) async fn provoke(
     place: Place,
     Body(FaultToMake { fault, provoked }): Body<FaultToMake>,
@@ -238,8 +236,7 @@ pub(super) async fn provoke(
 ///
 /// A key stays pressed until it is released, or until its lease has ended.
 #[cfg_attr(test, utoipa::path(post, path = "/api/v1/lines/{line}/stations/{address}/keys", tag = "station",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), request_body = KeyPress,
-    responses((status = 200, body = Keys), Problems)))]
+    request_body = KeyPress, responses((status = 200, body = Keys), Problems)))]
 pub(super) async fn press(
     place: Place,
     Body(KeyPress { key, pressed, lease_milliseconds }): Body<KeyPress>,
@@ -269,8 +266,7 @@ pub(super) async fn press(
 /// Off: what is not stored is lost. On: the station starts as its EEPROM and its DIP switches say, and is found at the address
 /// that they say; where another station has that one, 409.
 #[cfg_attr(test, utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/power", tag = "station",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), request_body = PowerChange,
-    responses((status = 200, body = PowerAnswer), Problems)))]
+    request_body = PowerChange, responses((status = 200, body = PowerAnswer), Problems)))]
 pub(super) async fn power(
     place: Place,
     Body(PowerChange { on }): Body<PowerChange>,

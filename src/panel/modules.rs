@@ -47,7 +47,7 @@ fn bus(lent: &mut dyn OnLine, address: u8) -> Result<&mut Bus, Problem> {
 
 /// The texts of its file: what a diagnosis may say, and the modules
 #[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/texts", tag = "modules",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = Texts), Problems)))]
+    responses((status = 200, body = Texts), Problems)))]
 pub(super) async fn texts(place: Place) -> Result<Json<Texts>, Problem> {
     let address = place.address;
     let texts = place.line.asking.ask(move |lent| {
@@ -61,7 +61,7 @@ pub(super) async fn texts(place: Place) -> Result<Json<Texts>, Problem> {
 
 /// The diagnosis that is raised
 #[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/diagnosis", tag = "modules",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = Diagnosis), Problems)))]
+    responses((status = 200, body = Diagnosis), Problems)))]
 pub(super) async fn diagnosis(place: Place) -> Result<Json<Diagnosis>, Problem> {
     let diagnosis = place.look().await?.diagnosis;
     diagnosis.map(Json).ok_or_else(|| missing(place.address))
@@ -69,7 +69,6 @@ pub(super) async fn diagnosis(place: Place) -> Result<Json<Diagnosis>, Problem> 
 
 /// Has the diagnosis report this and nothing else
 #[cfg_attr(test, utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/diagnosis", tag = "modules",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)),
     request_body = RaisedDiagnosis, responses((status = 200, body = State), Problems)))]
 pub(super) async fn raise(place: Place, Body(wanted): Body<RaisedDiagnosis>) -> Result<Json<State>, Problem> {
     report(&place, wanted.raised()?).await
@@ -77,7 +76,7 @@ pub(super) async fn raise(place: Place, Body(wanted): Body<RaisedDiagnosis>) -> 
 
 /// Ends the diagnosis
 #[cfg_attr(test, utoipa::path(delete, path = "/api/v1/lines/{line}/stations/{address}/diagnosis", tag = "modules",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = State), Problems)))]
+    responses((status = 200, body = State), Problems)))]
 pub(super) async fn end_diagnosis(place: Place) -> Result<Json<State>, Problem> {
     report(&place, Raised::default()).await
 }

@@ -84,7 +84,7 @@ pub(super) struct OfObject {
 
 /// The object dictionary of a node with every value
 #[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/objects", tag = "objects",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = Objects), Problems)))]
+    responses((status = 200, body = Objects), Problems)))]
 pub(super) async fn list(place: Place) -> Result<Json<Objects>, Problem> {
     let address = place.address;
     let list = place.line.asking.ask(move |lent| {
@@ -101,12 +101,6 @@ pub(super) async fn list(place: Place) -> Result<Json<Objects>, Problem> {
 ///
 /// As an SDO client reads it, but no frame passes.
 #[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/objects/{index}/{sub}", tag = "objects",
-    params(
-        ("line" = String, Path),
-        ("address" = u8, Path, maximum = 127),
-        ("index" = String, Path, pattern = "^(0x)?[0-9A-Fa-f]{1,4}h?$", description = "hexadecimal, as 6041"),
-        ("sub" = String, Path, pattern = "^(0x)?[0-9A-Fa-f]{1,2}h?$", description = "hexadecimal, as 0"),
-    ),
     responses((status = 200, body = ObjectState), Problems)))]
 pub(super) async fn read(place: Place, PathOf(of): PathOf<OfObject>) -> Result<Json<ObjectState>, Problem> {
     let (number, at) = (place.address, address(&of)?);
@@ -117,12 +111,6 @@ pub(super) async fn read(place: Place, PathOf(of): PathOf<OfObject>) -> Result<J
 ///
 /// Checked as an SDO is. No client waits for it: what it stores is in the file a moment later.
 #[cfg_attr(test, utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/objects/{index}/{sub}", tag = "objects", request_body = NewObjectValue,
-    params(
-        ("line" = String, Path),
-        ("address" = u8, Path, maximum = 127),
-        ("index" = String, Path, pattern = "^(0x)?[0-9A-Fa-f]{1,4}h?$", description = "hexadecimal, as 6041"),
-        ("sub" = String, Path, pattern = "^(0x)?[0-9A-Fa-f]{1,2}h?$", description = "hexadecimal, as 0"),
-    ),
     responses((status = 200, body = ObjectState), Problems)))]
 pub(super) async fn write(
     place: Place,

@@ -102,7 +102,7 @@ pub(super) struct OfParameter {
 
 /// Every parameter of a station
 #[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/parameters", tag = "parameters",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = Parameters), Problems)))]
+    responses((status = 200, body = Parameters), Problems)))]
 pub(super) async fn list(place: Place) -> Result<Json<Parameters>, Problem> {
     let address = place.address;
     let list = place.line.asking.ask(move |lent| {
@@ -121,11 +121,6 @@ pub(super) async fn list(place: Place) -> Result<Json<Parameters>, Problem> {
 
 /// Reads a parameter, not over the bus
 #[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/parameters/{key}", tag = "parameters",
-    params(
-        ("line" = String, Path),
-        ("address" = u8, Path, maximum = 127),
-        ("key" = String, Path, pattern = "^[0-9]{1,4}([.][0-9]{1,3})?$", description = "its number, as 1004; of an array with the element, as 945.0"),
-    ),
     responses((status = 200, body = ParameterValue), Problems)))]
 pub(super) async fn read(
     place: Place,
@@ -139,11 +134,6 @@ pub(super) async fn read(
 ///
 /// By the rules of the bus (range, operating state), but without a job: no master sees it, and nothing waits for the memory.
 #[cfg_attr(test, utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/parameters/{key}", tag = "parameters",
-    params(
-        ("line" = String, Path),
-        ("address" = u8, Path, maximum = 127),
-        ("key" = String, Path, pattern = "^[0-9]{1,4}([.][0-9]{1,3})?$", description = "its number, as 1004; of an array with the element, as 945.0"),
-    ),
     request_body = NewParameterValue, responses((status = 200, body = ParameterValue), Problems)))]
 pub(super) async fn write(
     place: Place,

@@ -33,7 +33,7 @@ pub(super) struct SwitchesChange {
 
 /// The switches of a station
 #[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/switches", tag = "station",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = SwitchesState), Problems)))]
+    responses((status = 200, body = SwitchesState), Problems)))]
 pub(super) async fn read(place: Place) -> Result<Json<SwitchesState>, Problem> {
     let address = place.address;
     let read = place.line.asking.ask(move |lent| {
@@ -47,7 +47,6 @@ pub(super) async fn read(place: Place) -> Result<Json<SwitchesState>, Problem> {
 ///
 /// They are read when the station is switched on next.
 #[cfg_attr(test, utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/switches", tag = "station",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)),
     request_body = SwitchesChange, responses((status = 200, body = SwitchesState), Problems)))]
 pub(super) async fn set(
     place: Place,

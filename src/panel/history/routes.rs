@@ -90,7 +90,7 @@ pub(in crate::panel) async fn events(
 
 /// The curves of a station of the last five minutes
 #[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/samples", tag = "history",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = RecentSamples), Problems)))]
+    responses((status = 200, body = RecentSamples), Problems)))]
 pub(in crate::panel) async fn samples(place: Place) -> Result<Json<RecentSamples>, Problem> {
     let Curves { columns, rows } = curves(&place).await?;
     let interval_milliseconds = u64::try_from(EVERY.as_millis()).unwrap_or(u64::MAX);
@@ -108,7 +108,6 @@ fn cell(value: f64, digits: Option<u8>) -> AmountState {
 
 /// The same as a table
 #[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/samples.csv", tag = "history",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)),
     responses((status = 200, content_type = "text/csv", body = String), Problems)))]
 pub(in crate::panel) async fn samples_csv(place: Place) -> Result<Response, Problem> {
     let Curves { columns, rows } = curves(&place).await?;
@@ -131,8 +130,7 @@ pub(in crate::panel) async fn samples_csv(place: Place) -> Result<Response, Prob
 ///
 /// A capture for Wireshark. Telegrams are kept while a reader of the stream watches them, the newest 4 MiB. An event is a
 /// comment of the telegram after it, or of the last one.
-#[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/capture.pcapng", tag = "history", params(("line" = String, Path)),
-    responses((status = 200, content_type = "application/octet-stream", body = String), Problems)))]
+#[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/capture.pcapng", tag = "history", responses((status = 200, content_type = "application/octet-stream", body = String), Problems)))]
 pub(in crate::panel) async fn capture(
     State(lines): State<Lines>,
     OfLineName(line): OfLineName,

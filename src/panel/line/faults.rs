@@ -54,13 +54,13 @@ pub(in crate::panel) struct NewFaults {
 }
 
 /// The faults on the line
-#[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/faults", tag = "lines", params(("line" = String, Path)), responses((status = 200, body = FaultList), Problems)))]
+#[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/faults", tag = "lines", responses((status = 200, body = FaultList), Problems)))]
 pub(in crate::panel) async fn list(OfLineName(line): OfLineName) -> Result<Json<FaultList>, Problem> {
     line.asking.ask(|lent| Ok(Json(FaultList { faults: states(lent)? }))).await?
 }
 
 /// Adds a fault to the line
-#[cfg_attr(test, utoipa::path(post, path = "/api/v1/lines/{line}/faults", tag = "lines", params(("line" = String, Path)), request_body = NewFault,
+#[cfg_attr(test, utoipa::path(post, path = "/api/v1/lines/{line}/faults", tag = "lines", request_body = NewFault,
     responses((status = 201, body = FaultState), Problems)))]
 pub(in crate::panel) async fn add(
     OfLineName(line): OfLineName,
@@ -75,7 +75,7 @@ pub(in crate::panel) async fn add(
 }
 
 /// Replaces all faults on the line
-#[cfg_attr(test, utoipa::path(put, path = "/api/v1/lines/{line}/faults", tag = "lines", params(("line" = String, Path)), request_body = NewFaults,
+#[cfg_attr(test, utoipa::path(put, path = "/api/v1/lines/{line}/faults", tag = "lines", request_body = NewFaults,
     responses((status = 200, body = FaultList), Problems)))]
 pub(in crate::panel) async fn replace(
     OfLineName(line): OfLineName,
@@ -100,7 +100,7 @@ pub(in crate::panel) async fn replace(
 }
 
 /// Removes all faults of the line
-#[cfg_attr(test, utoipa::path(delete, path = "/api/v1/lines/{line}/faults", tag = "lines", params(("line" = String, Path)), responses((status = 204), Problems)))]
+#[cfg_attr(test, utoipa::path(delete, path = "/api/v1/lines/{line}/faults", tag = "lines", responses((status = 204), Problems)))]
 pub(in crate::panel) async fn clear(OfLineName(line): OfLineName) -> Result<StatusCode, Problem> {
     let cleared = line.asking.ask(|lent| {
         remove_all(lent)?;
@@ -117,8 +117,7 @@ pub(in crate::panel) struct OfFault {
 }
 
 /// Removes one fault of the line
-#[cfg_attr(test, utoipa::path(delete, path = "/api/v1/lines/{line}/faults/{number}", tag = "lines", params(("line" = String, Path), ("number" = u32, Path)),
-    responses((status = 204), Problems)))]
+#[cfg_attr(test, utoipa::path(delete, path = "/api/v1/lines/{line}/faults/{number}", tag = "lines", responses((status = 204), Problems)))]
 pub(in crate::panel) async fn remove(
     OfLineName(line): OfLineName,
     PathOf(OfFault { number }): PathOf<OfFault>,

@@ -250,8 +250,7 @@ pub(in crate::panel) async fn list(State(lines): State<Lines>) -> Result<Json<Li
 }
 
 /// Stations, counters and faults of a line
-#[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}", tag = "lines", params(("line" = String, Path)),
-    responses((status = 200, body = LineState), Problems)))]
+#[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}", tag = "lines", responses((status = 200, body = LineState), Problems)))]
 pub(in crate::panel) async fn state(OfLineName(line): OfLineName) -> Result<Json<LineState>, Problem> {
     let look =
         |line: &mut (dyn OnLine + '_)| (line.now(), line.state(), faults::states(line).unwrap_or_default());

@@ -44,61 +44,38 @@ pub(in crate::panel) struct NewChannelValue {
 
 /// An input as the master gets it
 #[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/inputs/{slot}/{octet}/{type}", tag = "modules",
-    params(
-        ("line" = String, Path),
-        ("address" = u8, Path, maximum = 127),
-        ("slot" = String, Path, description = "The number of the slot, or the name of its module if only one slot has it"),
-        ("octet" = usize, Path, description = "The first octet of the value in the slot, from 0", maximum = 243),
-        ("type" = String, Path, description = "bit0 to bit7, unsigned8, unsigned16, unsigned32, signed8, signed16, signed32, float32; big-endian"),
-    ),
     responses((status = 200, body = ChannelState), Problems)))]
 pub(in crate::panel) async fn read_input(
     place: Place,
     PathOf(of): PathOf<OfValue>,
 ) -> Result<Json<ChannelState>, Problem> {
-    let address = place.address;
-    place
-        .line
-        .asking
-        .ask(move |lent| of.find(lent, address).and_then(|point| state(lent, address, point, true)))
-        .await?
+    read(&place, of, true).await
 }
 
 /// An output as the station has it
 ///
 /// 0 while no master exchanges data, and in the safe state.
 #[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/outputs/{slot}/{octet}/{type}", tag = "modules",
-    params(
-        ("line" = String, Path),
-        ("address" = u8, Path, maximum = 127),
-        ("slot" = String, Path, description = "As for inputs"),
-        ("octet" = usize, Path, description = "As for inputs", maximum = 243),
-        ("type" = String, Path, description = "As for inputs"),
-    ),
     responses((status = 200, body = ChannelState), Problems)))]
 pub(in crate::panel) async fn read_output(
     place: Place,
     PathOf(of): PathOf<OfValue>,
 ) -> Result<Json<ChannelState>, Problem> {
+    read(&place, of, false).await
+}
+
+async fn read(place: &Place, of: OfValue, input: bool) -> Result<Json<ChannelState>, Problem> {
     let address = place.address;
-    place
-        .line
-        .asking
-        .ask(move |lent| of.find(lent, address).and_then(|point| state(lent, address, point, false)))
-        .await?
+    let read = move |lent: &mut (dyn OnLine + '_)| {
+        of.find(lent, address).and_then(|point| state(lent, address, point, input))
+    };
+    place.line.asking.ask(read).await?
 }
 
 /// Forces an input
 ///
 /// It keeps this value, whatever moves it by itself, until it is released.
 #[cfg_attr(test, utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/inputs/{slot}/{octet}/{type}", tag = "modules",
-    params(
-        ("line" = String, Path),
-        ("address" = u8, Path, maximum = 127),
-        ("slot" = String, Path, description = "As for reading"),
-        ("octet" = usize, Path, description = "As for reading", maximum = 243),
-        ("type" = String, Path, description = "As for reading"),
-    ),
     request_body = NewChannelValue, responses((status = 200, body = ChannelState), Problems)))]
 pub(in crate::panel) async fn force(
     place: Place,
@@ -118,13 +95,6 @@ pub(in crate::panel) async fn force(
 
 /// Gives an input back to what moves it by itself
 #[cfg_attr(test, utoipa::path(delete, path = "/api/v1/lines/{line}/stations/{address}/inputs/{slot}/{octet}/{type}", tag = "modules",
-    params(
-        ("line" = String, Path),
-        ("address" = u8, Path, maximum = 127),
-        ("slot" = String, Path, description = "As for reading"),
-        ("octet" = usize, Path, description = "As for reading", maximum = 243),
-        ("type" = String, Path, description = "As for reading"),
-    ),
     responses((status = 204), Problems)))]
 pub(in crate::panel) async fn release(
     place: Place,

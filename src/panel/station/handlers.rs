@@ -78,7 +78,7 @@ pub(in crate::panel) async fn list(Shared(lines): Shared<Lines>) -> Result<Json<
 
 /// The complete state of a station
 #[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}", tag = "stations",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = State), Problems)))]
+    responses((status = 200, body = State), Problems)))]
 pub(in crate::panel) async fn state(place: Place) -> Result<Json<State>, Problem> {
     place.look().await.map(Json)
 }
@@ -87,7 +87,7 @@ pub(in crate::panel) async fn state(place: Place) -> Result<Json<State>, Problem
 ///
 /// As if its plug were pulled: it says nothing more. Of two nodes with this number, the first one.
 #[cfg_attr(test, utoipa::path(delete, path = "/api/v1/lines/{line}/stations/{address}", tag = "stations",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 204), Problems)))]
+    responses((status = 204), Problems)))]
 pub(in crate::panel) async fn remove(place: Place) -> Result<StatusCode, Problem> {
     let address = place.address;
     let removed = place.line.asking.ask(move |lent| {
@@ -103,7 +103,7 @@ pub(in crate::panel) async fn remove(place: Place) -> Result<StatusCode, Problem
 ///
 /// The most important first, with what to send.
 #[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/why", tag = "stations",
-    params(("line" = String, Path), ("address" = u8, Path, maximum = 127)), responses((status = 200, body = StationWhy), Problems)))]
+    responses((status = 200, body = StationWhy), Problems)))]
 pub(in crate::panel) async fn why(place: Place) -> Result<Json<StationWhy>, Problem> {
     let address = place.address;
     let found = place.line.asking.ask(move |lent| {
