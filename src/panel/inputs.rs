@@ -163,8 +163,7 @@ pub(super) struct PowerAnswer {
 #[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/inputs", tag = "station",
     responses((status = 200, body = InputValues), Problems)))]
 pub(super) async fn read(place: Place) -> Result<Json<InputValues>, Problem> {
-    let address = place.address;
-    place.line.asking.ask(move |lent| Ok(Json(InputValues::of(lent.find(address)?.description)))).await?
+    place.ask(|lent, address| Ok(Json(InputValues::of(lent.find(address)?.description)))).await
 }
 
 /// Changes inputs
@@ -271,12 +270,11 @@ pub(super) async fn power(
     place: Place,
     Body(PowerChange { on }): Body<PowerChange>,
 ) -> Result<Json<PowerAnswer>, Problem> {
-    let address = place.address;
-    let power = place.line.asking.ask(move |lent| {
+    let power = place.ask(move |lent, address| {
         lent.find(address)?;
         lent.switch(address, on)
     });
-    Ok(Json(PowerAnswer { power: power.await?? }))
+    Ok(Json(PowerAnswer { power: power.await? }))
 }
 
 /// Does something to a station, and says what its inputs are then.

@@ -49,14 +49,13 @@ fn bus(lent: &mut dyn OnLine, address: u8) -> Result<&mut Bus, Problem> {
 #[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/texts", tag = "modules",
     responses((status = 200, body = Texts), Problems)))]
 pub(super) async fn texts(place: Place) -> Result<Json<Texts>, Problem> {
-    let address = place.address;
-    let texts = place.line.asking.ask(move |lent| {
+    let texts = place.ask(|lent, address| {
         let station = bus(lent, address)?.modules(Address::from_octet(address));
         let gsd = station.ok_or_else(|| missing(address))?.gsd();
         let modules = gsd.modules.iter().map(|module| module.name.clone()).collect();
         Ok(Json(Texts { possible: Possible::of(gsd), modules }))
     });
-    texts.await?
+    texts.await
 }
 
 /// The diagnosis that is raised
@@ -83,12 +82,11 @@ pub(super) async fn end_diagnosis(place: Place) -> Result<Json<State>, Problem> 
 
 /// Has the diagnosis report something, and says how the station is then.
 async fn report(place: &Place, raised: Raised) -> Result<Json<State>, Problem> {
-    let address = place.address;
-    let done = place.line.asking.ask(move |lent| {
+    let done = place.ask(move |lent, address| {
         let raise =
             bus(lent, address)?.with_modules(Address::from_octet(address), |modules| modules.raise(raised));
         raise.ok_or_else(|| missing(address))?.map_err(Problem::value)
     });
-    done.await??;
+    done.await?;
     place.look().await.map(Json)
 }

@@ -86,15 +86,14 @@ pub(super) struct OfObject {
 #[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/objects", tag = "objects",
     responses((status = 200, body = Objects), Problems)))]
 pub(super) async fn list(place: Place) -> Result<Json<Objects>, Problem> {
-    let address = place.address;
-    let list = place.line.asking.ask(move |lent| {
+    let list = place.ask(|lent, address| {
         let device = node(lent, address)?;
         let entries = objects(device)?.iter().flat_map(|object| {
             object.entries.iter().map(move |entry| ObjectState::of(device, object, entry))
         });
         Ok(Json(Objects { objects: entries.collect() }))
     });
-    list.await?
+    list.await
 }
 
 /// Reads one entry, not over the bus

@@ -104,16 +104,15 @@ pub(super) struct OfParameter {
 #[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/parameters", tag = "parameters",
     responses((status = 200, body = Parameters), Problems)))]
 pub(super) async fn list(place: Place) -> Result<Json<Parameters>, Problem> {
-    let address = place.address;
-    let list = place.line.asking.ask(move |lent| {
+    let list = place.ask(|lent, address| {
         let mut parameters = Vec::new();
         let description = lent.find(address)?.description;
         description.each_parameter(&mut |parameter| parameters.push(ParameterState::of(&parameter)));
-        Ok::<_, Problem>(parameters)
+        Ok(parameters)
     });
-    let parameters: Vec<_> = list.await??;
+    let parameters: Vec<_> = list.await?;
     if parameters.is_empty() {
-        Err(lacks(address, "parameters"))
+        Err(lacks(place.address, "parameters"))
     } else {
         Ok(Json(Parameters { parameters }))
     }

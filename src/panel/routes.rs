@@ -13,7 +13,7 @@ use tokio::time::{Duration, Instant as Moment, sleep_until};
 
 #[cfg(test)]
 use super::description::Problems;
-use super::line::{Act, Acted, Line, Lines, address, faults};
+use super::line::{Act, Acted, Line, Lines, OnLine, address, faults};
 use super::modules::values;
 use super::problem::{PathOf, Problem};
 use super::station::handlers as stations;
@@ -72,6 +72,18 @@ where
 }
 
 impl Place {
+    /// Has `act` done on the thread of the line, with what it lends and the address.
+    ///
+    /// # Errors
+    /// 503 if the line has ended, or has no time; what `act` says.
+    pub(super) async fn ask<R: Send + 'static>(
+        &self,
+        act: impl FnOnce(&mut (dyn OnLine + '_), u8) -> Result<R, Problem> + Send + 'static,
+    ) -> Result<R, Problem> {
+        let address = self.address;
+        self.line.asking.ask(move |lent| act(lent, address)).await?
+    }
+
     /// Does something to the station, and looks at it then.
     ///
     /// # Errors
@@ -81,8 +93,7 @@ impl Place {
         act: impl Fn(&mut dyn Description, &Acted<'_>) -> Result<(), Problem> + Send + 'static,
         look: impl FnOnce(&dyn Description) -> R + Send + 'static,
     ) -> Result<R, Problem> {
-        let address = self.address;
-        let done = self.line.asking.ask(move |lent| {
+        self.ask(move |lent, address| {
             lent.find(address)?;
             // By its switches it may be elsewhere then.
             let before = lent.addresses();
@@ -90,8 +101,8 @@ impl Place {
             let moved = || lent.addresses().into_iter().find(|there| !before.contains(there));
             let there = if lent.station(address).is_some() { address } else { moved().unwrap_or(address) };
             Ok(look(lent.find(there)?.description))
-        });
-        done.await?
+        })
+        .await
     }
 
     /// Held from now on, a key is released when its lease has ended; without one it stays held.

@@ -35,12 +35,11 @@ pub(super) struct SwitchesChange {
 #[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/switches", tag = "station",
     responses((status = 200, body = SwitchesState), Problems)))]
 pub(super) async fn read(place: Place) -> Result<Json<SwitchesState>, Problem> {
-    let address = place.address;
-    let read = place.line.asking.ask(move |lent| {
+    let read = place.ask(|lent, address| {
         let switches = SwitchesState::of(lent.find(address)?.description);
         switches.map(Json).ok_or_else(|| lacks(address, "switches"))
     });
-    read.await?
+    read.await
 }
 
 /// Sets all switches

@@ -152,15 +152,11 @@ pub(in crate::panel) async fn capture(
 }
 
 async fn curves(place: &Place) -> Result<Curves, Problem> {
-    let address = place.address;
-    let has = place.line.asking.ask(move |lent| {
-        let station = lent.find(address)?;
-        Ok::<_, Problem>(!of_station(station.description).0.is_empty())
-    });
-    if !has.await?? {
-        return Err(lacks(address, "samples"));
+    let has = place.ask(|lent, address| Ok(!of_station(lent.find(address)?.description).0.is_empty()));
+    if !has.await? {
+        return Err(lacks(place.address, "samples"));
     }
-    Ok(place.line.hub.history(|history| history.samples.of(address)))
+    Ok(place.line.hub.history(|history| history.samples.of(place.address)))
 }
 
 /// How long a time is after the beginning of 1970.

@@ -65,11 +65,11 @@ pub(in crate::panel) async fn read_output(
 }
 
 async fn read(place: &Place, of: OfValue, input: bool) -> Result<Json<ChannelState>, Problem> {
-    let address = place.address;
-    let read = move |lent: &mut (dyn OnLine + '_)| {
-        of.find(lent, address).and_then(|point| state(lent, address, point, input))
-    };
-    place.line.asking.ask(read).await?
+    let read = place.ask(move |lent, address| {
+        let point = of.find(lent, address)?;
+        state(lent, address, point, input)
+    });
+    read.await
 }
 
 /// Forces an input
@@ -82,15 +82,14 @@ pub(in crate::panel) async fn force(
     PathOf(of): PathOf<OfValue>,
     Body(NewChannelValue { value }): Body<NewChannelValue>,
 ) -> Result<Json<ChannelState>, Problem> {
-    let address = place.address;
-    let forced = place.line.asking.ask(move |lent| {
+    let forced = place.ask(move |lent, address| {
         let point = of.find(lent, address)?;
         let forced = bus(lent, address)?
             .with_modules(Address::from_octet(address), |modules| modules.force(point, value));
         forced.ok_or_else(|| missing(address))?.map_err(Problem::value)?;
         state(lent, address, point, true)
     });
-    forced.await?
+    forced.await
 }
 
 /// Gives an input back to what moves it by itself
@@ -100,15 +99,14 @@ pub(in crate::panel) async fn release(
     place: Place,
     PathOf(of): PathOf<OfValue>,
 ) -> Result<StatusCode, Problem> {
-    let address = place.address;
-    let released = place.line.asking.ask(move |lent| {
+    let released = place.ask(move |lent, address| {
         let point = of.find(lent, address)?;
         let released =
             bus(lent, address)?.with_modules(Address::from_octet(address), |modules| modules.release(point));
         released.ok_or_else(|| missing(address))?.map_err(Problem::value)?;
         Ok(StatusCode::NO_CONTENT)
     });
-    released.await?
+    released.await
 }
 
 impl OfValue {

@@ -89,13 +89,12 @@ pub(in crate::panel) async fn state(place: Place) -> Result<Json<State>, Problem
 #[cfg_attr(test, utoipa::path(delete, path = "/api/v1/lines/{line}/stations/{address}", tag = "stations",
     responses((status = 204), Problems)))]
 pub(in crate::panel) async fn remove(place: Place) -> Result<StatusCode, Problem> {
-    let address = place.address;
-    let removed = place.line.asking.ask(move |lent| {
+    let removed = place.ask(|lent, address| {
         lent.find(address)?;
-        Ok::<_, Problem>(lent.remove(address))
+        Ok(lent.remove(address))
     });
     // Here, because a shaft runs out and the last image is handed over.
-    drop(removed.await??);
+    drop(removed.await?);
     Ok(StatusCode::NO_CONTENT)
 }
 
@@ -105,12 +104,11 @@ pub(in crate::panel) async fn remove(place: Place) -> Result<StatusCode, Problem
 #[cfg_attr(test, utoipa::path(get, path = "/api/v1/lines/{line}/stations/{address}/why", tag = "stations",
     responses((status = 200, body = StationWhy), Problems)))]
 pub(in crate::panel) async fn why(place: Place) -> Result<Json<StationWhy>, Problem> {
-    let address = place.address;
-    let found = place.line.asking.ask(move |lent| {
+    let found = place.ask(|lent, address| {
         let time_seconds = seconds(lent.now());
         let why: Option<&dyn Why> = lent.find(address)?.description.why();
         let text = why.map_or_else(|| "it has no drive that could move".into(), |why| format!("{why}"));
         Ok(Json(StationWhy { time_seconds, address, reasons: Reasons::of(why), text }))
     });
-    found.await?
+    found.await
 }
