@@ -51,7 +51,7 @@ type Made = Result<Box<dyn Participant>, MakeError>;
 type Make = dyn FnOnce(&Ground<'_>, Parts) -> Made + Send;
 
 /// What a [`Prepared`] device is made of besides what it knows itself.
-struct Parts {
+pub(super) struct Parts {
     station: Option<Station>,
     signals: Vec<Signal>,
     watched: Vec<(Point, Condition, Switch)>,
@@ -90,7 +90,7 @@ pub enum MakeError {
 }
 
 impl Prepared {
-    fn new(about: String, make: impl FnOnce(&Ground<'_>, Parts) -> Made + Send + 'static) -> Self {
+    pub(super) fn new(about: String, make: impl FnOnce(&Ground<'_>, Parts) -> Made + Send + 'static) -> Self {
         Self { about, station: None, signals: Vec::new(), watched: Vec::new(), make: Box::new(make) }
     }
 
