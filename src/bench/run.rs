@@ -132,6 +132,16 @@ impl<M: Master> Line<M> {
         }
     }
 
+    /// Begins to send as another master, whoever else sends.
+    pub(crate) fn speak(&mut self, octets: &[u8]) {
+        self.begin(Sender::Test, None, octets, false);
+    }
+
+    /// Whether somebody sends now.
+    pub(crate) const fn is_speaking(&self) -> bool {
+        self.speaking.is_some()
+    }
+
     fn send_from(&mut self, at: Instant, octets: &[u8]) -> Instant {
         while self.step_until(at) != Step::Nothing {}
         self.begin(Sender::Test, None, octets, false);

@@ -1,6 +1,6 @@
 //! A judgement on a link of the operating system.
 
-use core::cell::RefCell;
+use core::cell::{Cell, RefCell};
 use core::time::Duration;
 use std::collections::VecDeque;
 use std::io;
@@ -60,7 +60,9 @@ pub fn live<L: Link, C: Clock + Clone>(
             heard.push_back(Moment::new(seen.at, Side::Master, seen.octets));
         }
     });
-    let recorder = Recorder { link: tap, clock: clock.clone(), queue: Rc::clone(&queue) };
+    let speaker = Rc::new(Cell::new(Side::Station(None)));
+    let (named, clock_of_it) = (Rc::clone(&speaker), clock.clone());
+    let recorder = Recorder { link: tap, clock: clock_of_it, queue: Rc::clone(&queue), speaker: named };
     let mut link = Faulty::new(recorder, clock.clone(), &[]);
     let mut bus = Bus::on(rate, Timing::Untrue);
     let origin = clock.now();
@@ -68,6 +70,10 @@ pub fn live<L: Link, C: Clock + Clone>(
     let mut expected: Option<Instant> = None;
     while judge.ending().is_none() {
         turn(&mut link, &mut bus, clock)?;
+        if judge.has_second() {
+            // The tap shows what was heard before a sleep; a second master answers before it.
+            link.wait(Some(Duration::ZERO), stop).map_err(failed)?;
+        }
         let now = clock.now();
         if expected.is_some_and(|expected| now.saturating_since(expected) > ASLEEP) {
             judge.paused();
@@ -76,6 +82,17 @@ pub fn live<L: Link, C: Clock + Clone>(
             judge.hear(moment);
         }
         judge.step(now, &mut bus, link.faults_mut());
+        while let Some(octets) = judge.speak(clock.now()) {
+            speaker.set(judge.second_address().map_or(Side::Station(None), Side::Other));
+            link.send(&octets).map_err(failed)?;
+            speaker.set(Side::Station(None));
+            while let Some(moment) = queue.borrow_mut().pop_front() {
+                judge.hear(moment);
+            }
+            // The stations hear it, too.
+            bus.handle_bytes(clock.now(), &octets);
+            drain(&mut link, &mut bus, clock)?;
+        }
         if let Some(progress) = judge.poll_progress() {
             told(&progress);
         }
@@ -98,6 +115,7 @@ pub fn live<L: Link, C: Clock + Clone>(
         }
         let now = clock.now();
         let due = Instant::first_of(bus.poll_timeout(), judge.poll_timeout());
+        let due = Instant::first_of(due, judge.second_due());
         let pulse = judge.is_waiting().then(|| now + HEARTBEAT);
         let pulse = pulse.or(judge.is_asking().then(|| now + ASK_PULSE));
         let due = Instant::first_of(due, pulse);
@@ -159,6 +177,8 @@ struct Recorder<L, C> {
     link: L,
     clock: C,
     queue: Queue,
+    /// Who sends now.
+    speaker: Rc<Cell<Side>>,
 }
 
 impl<L: Link, C: Clock> Link for Recorder<L, C> {
@@ -169,7 +189,7 @@ impl<L: Link, C: Clock> Link for Recorder<L, C> {
     fn send(&mut self, telegram: &[u8]) -> io::Result<()> {
         let sent = self.link.send(telegram);
         // Behind what was heard before it, which the tap has shown by now.
-        self.queue.borrow_mut().push_back(Moment::new(self.clock.now(), Side::Station(None), telegram));
+        self.queue.borrow_mut().push_back(Moment::new(self.clock.now(), self.speaker.get(), telegram));
         sent
     }
 

@@ -18,6 +18,7 @@
 //! | `findings` | [`Verdict`], [`Judgement`]: evidence weighed |
 //! | `figures` | [`Figures`]: the cycle, retries, losses |
 //! | `scenario` | [`Scenario`]: what the stations do on purpose, as data |
+//! | `second` | a second master, and what it does |
 //! | `station` | the slaves, and what is done to them |
 //! | `play` | [`Judge`]: the run, sans-I/O |
 //! | `live` | [`live()`]: on a link of the operating system |
@@ -39,6 +40,7 @@ mod recorded;
 mod report;
 pub mod rows;
 pub mod scenario;
+mod second;
 mod setup;
 mod simulated;
 mod station;

@@ -26,15 +26,18 @@ pub struct Moment {
 pub enum Side {
     /// The master under test.
     Master,
+    /// Another master, which the judge plays.
+    Other(Address),
     /// A station, or who answers in its place; `None`: nobody was asked.
     Station(Option<Address>),
 }
 
 impl fmt::Display for Side {
-    /// `M`, `S5`, or `S` of nobody known.
+    /// `M`, `M3` of another master, `S5`, or `S` of nobody known.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Master => f.pad("M"),
+            Self::Other(address) => f.pad(&std::format!("M{address}")),
             Self::Station(Some(address)) => f.pad(&std::format!("S{address}")),
             Self::Station(None) => f.pad("S"),
         }

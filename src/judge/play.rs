@@ -11,6 +11,7 @@
 //! | `ending` | [`Progress`], [`Ending`] |
 //! | `operator` | who operates the master is asked for what a scenario needs |
 //! | `record` | what was played how long, and how long the rest takes |
+//! | `second` | a second master on the line |
 //! | `soak` | scenarios repeated at random |
 
 use core::time::Duration;
@@ -21,7 +22,8 @@ use super::moment::Moment;
 use super::observer::{Observer, Sight};
 use super::report::Report;
 use super::rows::Row;
-use super::scenario::{Check, Scenario, asking, built_in};
+use super::scenario::{Check, Course, Scenario, asking, built_in, ring};
+use super::second::Second;
 use super::setup::Setup;
 use super::station::{Act, act, connect};
 use crate::host::Bus;
@@ -33,6 +35,7 @@ mod ending;
 mod operator;
 mod outcome;
 mod record;
+mod second;
 mod soak;
 
 pub use ending::{Ending, Progress};
@@ -92,6 +95,9 @@ pub struct Judge {
     asking: bool,
     /// When requests of a master that was stopped begin to count.
     stopped: Option<Instant>,
+    /// The second master, and its address or that of the last one.
+    second: Option<Second>,
+    second_at: Option<Address>,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -132,6 +138,7 @@ impl Judge {
 
     pub(super) fn seeing(setup: Setup, wanted: &[Row], sight: Sight) -> Self {
         let mut scenarios = built_in(&setup);
+        scenarios.extend(ring(matches!(sight, Sight::Exact(_))));
         scenarios.retain(|scenario| scenario.is_for(wanted));
         let mut observer = Observer::new(setup, sight);
         let scenarios = playable(scenarios, &mut observer);
@@ -155,6 +162,8 @@ impl Judge {
             ask: None,
             asking: false,
             stopped: None,
+            second: None,
+            second_at: None,
         }
     }
 
@@ -188,12 +197,19 @@ impl Judge {
 
     /// Takes what was sent on the line.
     pub fn hear(&mut self, moment: Moment) {
+        let heard = self.second.is_some().then(|| moment.clone());
         self.observer.take(moment);
+        if let Some(heard) = heard {
+            self.second_hears(&heard);
+        }
     }
 
     /// The judge could not look at the line for a while: what happened meanwhile proves less.
     pub fn paused(&mut self) {
         self.observer.paused();
+        if let Some(second) = &mut self.second {
+            second.paused();
+        }
     }
 
     /// Somebody stops the judgement.
@@ -357,10 +373,11 @@ impl Judge {
             .iter()
             .filter(|(number, ..)| self.faults.contains(number))
             .all(|(_, fault, injected)| fault.when.count.is_some_and(|count| injected >= count));
-        if now < until && !(until_injected && done) {
+        if now < until && !(until_injected && done && self.is_second_done()) {
             return;
         }
         let more = step + 1 < played.steps.len();
+        self.end_second();
         self.end_faults(faults);
         self.step_ended(now, scenario, step);
         if more {
@@ -426,6 +443,13 @@ impl Judge {
         if now < until {
             return;
         }
+        // Whoever hears his own address may wait for his user.
+        let waits = |scenario: usize| {
+            self.scenarios.get(scenario).is_some_and(|played| played.course() == Some(Course::Double))
+        };
+        if scenario.is_some_and(waits) {
+            return self.go_on(now, bus, faults);
+        }
         let after = scenario.and_then(|scenario| self.scenarios.get(scenario)).cloned();
         if let Some(scenario) = after.as_ref().filter(|_| !revived) {
             self.did_not_return(scenario, station);
@@ -456,6 +480,7 @@ impl Judge {
 
     /// The next scenario, or the end.
     fn go_on(&mut self, now: Instant, bus: &mut Bus, faults: &mut Faults) {
+        self.skip_impossible();
         let scenario = self.next;
         if scenario < self.scenarios.len() {
             self.next += 1;
@@ -498,6 +523,7 @@ impl Judge {
             self.asking = true;
         }
         self.inject(now, scenario, step, faults);
+        self.begin_second(scenario, step);
         self.phase = Phase::Playing { scenario, step, until };
     }
 

@@ -18,8 +18,11 @@ use crate::profibus::dp::IoLengths;
 use crate::profibus::fdl::Address;
 
 mod list;
+mod ring;
 
+pub use super::second::{Course, Duty};
 pub use list::{asking, built_in};
+pub(super) use ring::ring;
 
 /// Something the stations do on purpose.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,6 +66,8 @@ pub struct Step {
     pub until_lost: bool,
     /// It lasts at least so many cycles of the master.
     pub cycles: u32,
+    /// What a second master does on the line; the step ends when that is done.
+    pub second: Option<Course>,
 }
 
 /// What a master must have done after it was asked.
@@ -113,6 +118,8 @@ pub enum Need {
     Retries,
     /// Another station.
     Other,
+    /// The target rotation time of the master.
+    Ttr,
     /// A station with inputs.
     Inputs,
 }
@@ -166,7 +173,8 @@ impl Scenario {
             Need::Retries if setup.retries.is_none() => Some("needs --retries: how often the master repeats"),
             Need::Other if setup.present().count() < 2 => Some("needs two stations"),
             Need::Inputs if !inputs => Some("needs a station with inputs"),
-            Need::Slot | Need::Retries | Need::Other | Need::Inputs => None,
+            Need::Ttr if setup.ttr.is_none() => Some("needs --ttr: the target rotation time of the master"),
+            Need::Slot | Need::Retries | Need::Other | Need::Inputs | Need::Ttr => None,
         })
     }
 
@@ -206,6 +214,11 @@ impl Scenario {
         let faults = self.steps.iter().filter_map(|step| step.compiled(setup, any).ok()).flatten();
         let mut stations = faults.filter_map(|fault| fault.station());
         stations.find(|station| !there.contains(station)).map_or(Ok(()), |station| Err(missing(station)))
+    }
+
+    /// What a second master does in it.
+    pub(super) fn course(&self) -> Option<Course> {
+        self.steps.iter().find_map(|step| step.second)
     }
 
     /// A scenario about these rows, one step long.
@@ -251,7 +264,7 @@ impl Step {
 /// So many cycles are enough for every fault of a step that ends when they have acted.
 const INJECTED: u32 = 40;
 /// What a master is taken to wait if it is not said.
-const SLOT: Duration = Duration::from_millis(100);
+pub(super) const SLOT: Duration = Duration::from_millis(100);
 /// How often a master is taken to repeat if it is not said.
 const RETRIES: u32 = 3;
 

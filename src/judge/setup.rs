@@ -24,6 +24,8 @@ pub struct Setup {
     pub slot: Option<Duration>,
     /// The highest station address, HSA.
     pub hsa: Option<Address>,
+    /// The target rotation time, T_TR.
+    pub ttr: Option<Duration>,
     /// Min_Slave_Interval of stations that have none of their own.
     pub min_interval: Option<Duration>,
     /// Auto_Clear is configured (Error_Action_Flag): within twice this time, Data_Control_Time, the master goes to CLEAR
@@ -122,6 +124,7 @@ impl Setup {
             ("baud", self.baud.map(|baud| baud.bits_per_second().to_string())),
             ("slot", self.slot.map(millis)),
             ("hsa", self.hsa.map(|hsa| hsa.to_string())),
+            ("ttr", self.ttr.map(millis)),
             ("min-interval", self.min_interval.map(millis)),
             ("auto-clear", self.auto_clear.map(millis)),
             ("master-gsd", self.master_gsd.as_ref().map(|gsd| format!("{} {}", gsd.vendor, gsd.model))),

@@ -59,20 +59,27 @@ fn run<M: Master>(
     let (bus, faults) = line.stations_and_faults();
     judge.begin(origin, bus, faults);
     while judge.ending().is_none() && line.now().saturating_since(origin) < limit {
-        let due = judge.poll_timeout().unwrap_or(line.now() + LIMIT);
+        let second = judge.second_due().filter(|_| !line.is_speaking());
+        let due = Instant::first_of(judge.poll_timeout(), second).unwrap_or(line.now() + LIMIT);
         let wait = due.saturating_since(line.now()).min(LIMIT);
         // One thing at a time: faults begin and end at the telegram that they are for.
         let _ = line.run_until(wait, |_| true);
         while let Some(passed) = line.poll_telegram() {
             let side = match passed.sender {
                 Sender::Master => Side::Master,
-                Sender::Test | Sender::Station => Side::Station(None::<Address>),
+                Sender::Test => judge.second_address().map_or(Side::Station(None::<Address>), Side::Other),
+                Sender::Station => Side::Station(None::<Address>),
             };
             judge.hear(Moment { at: passed.at, end: passed.end, side, octets: passed.octets });
         }
         let now = line.now();
         let (bus, faults) = line.stations_and_faults();
         judge.step(now, bus, faults);
+        if !line.is_speaking()
+            && let Some(octets) = judge.speak(now)
+        {
+            line.speak(&octets);
+        }
         if let Some(action) = judge.poll_ask() {
             let done = operate(&mut line.master, &action, now);
             judge.asked(now, done);

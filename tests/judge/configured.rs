@@ -55,10 +55,16 @@ pub(crate) fn configured(mistake: Option<Mistake>) -> (Settings, Setup) {
         Some(Mistake::TightSlot) => settings.slot = BAUD.bit_times(u32::from(BAUD.max_tsdr_bits()) + 10),
         Some(Mistake::TightWatchdog) => settings.watchdog = Duration::from_millis(10),
         Some(Mistake::NeverPasses) => settings.token = true,
+        Some(mistake) if in_ring(mistake) => {
+            settings.token = true;
+            settings.ttr = Some(Duration::from_millis(20));
+            settings.gap_factor = if mistake == Mistake::GapBeyondNext { 1 } else { 5 };
+        }
         _ => {}
     }
     let mut setup = Setup {
-        hsa: Address::station(60).ok(),
+        hsa: Address::station(if settings.token { settings.hsa } else { 60 }).ok(),
+        ttr: settings.ttr,
         min_interval: (mistake == Some(Mistake::TooFast)).then_some(settings.pause * 2),
         auto_clear: (mistake == Some(Mistake::NoAutoClear)).then_some(Duration::from_millis(500)),
         ..setup(&settings, &[9])
@@ -69,6 +75,27 @@ pub(crate) fn configured(mistake: Option<Mistake>) -> (Settings, Setup) {
         setup.stations[0].prm = None;
     }
     (settings, setup)
+}
+
+/// Mistakes that are seen only in a ring.
+fn in_ring(mistake: Mistake) -> bool {
+    matches!(
+        mistake,
+        Mistake::NoStatusReply
+            | Mistake::StatusAsSlave
+            | Mistake::IgnoresReady
+            | Mistake::TalksWithoutToken
+            | Mistake::PassesOnce
+            | Mistake::PassesForEver
+            | Mistake::TakesFromStranger
+            | Mistake::StaysDespiteDouble
+            | Mistake::NeverClaims
+            | Mistake::HoldsLong
+            | Mistake::RestartsOnForeign
+            | Mistake::TokenToNotReady
+            | Mistake::GapBeyondNext
+            | Mistake::NeverAsksGap
+    )
 }
 
 /// The device file of station 5, with Sync and Freeze or without.

@@ -15,7 +15,10 @@ use crate::test_master::{Settings, TestMaster, serve};
 use crate::virtual_time::rows;
 
 fn judged(mistake: Option<Mistake>, rows: &[Row]) -> Report {
-    let settings = Settings::new(&[5, 6, 9], Duration::from_millis(100));
+    judged_as(Settings::new(&[5, 6, 9], Duration::from_millis(100)), mistake, rows)
+}
+
+fn judged_as(settings: Settings, mistake: Option<Mistake>, rows: &[Row]) -> Report {
     let setup = setup(&settings, &[9]);
     let wire = Wire::new();
     let (mut master_end, judge_end) = (wire.end(), wire.end());
@@ -83,4 +86,17 @@ fn no_master_ends_the_judgement_after_ten_seconds() {
     let report = live(judge, end, &SystemClock::new(), BaudRate::K500, &stop, None, &mut |_| {}).unwrap();
     assert_eq!(report.ending, profidrive::judge::Ending::NoMaster);
     assert!((9..13).contains(&begin.elapsed().as_secs()));
+}
+
+/// The ring alone takes less than 15 s: it is a part of every judgement of a master that passes the token.
+#[test]
+fn a_second_master_is_played_in_real_time() {
+    let settings = || Settings { token: true, ..Settings::new(&[5, 6], Duration::from_millis(100)) };
+    let seen = ["M-R01", "M-R02", "M-R03", "M-R04", "M-R07", "M-R09"].map(|id| Row::named(id).unwrap());
+    let begin = std::time::Instant::now();
+    let report = judged_as(settings(), None, &seen);
+    assert!(report.judgements.iter().all(|judged| judged.verdict == Verdict::Pass), "{report}");
+    assert!(begin.elapsed() < Duration::from_secs(20), "{:?}", begin.elapsed());
+    let report = judged_as(settings(), Some(Mistake::PassesOnce), &[Row::R04]);
+    assert_eq!(report.judgements[0].verdict, Verdict::Fail, "{report}");
 }

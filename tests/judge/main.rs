@@ -23,6 +23,7 @@ mod operated;
 mod profirust;
 mod recordings;
 mod reports;
+mod ring;
 #[cfg(feature = "master")]
 mod session;
 mod soaked;

@@ -70,6 +70,10 @@ pub(crate) struct Judge {
     #[arg(long, value_name = "ADDRESS", value_parser = station_address)]
     pub(crate) hsa: Option<Address>,
 
+    /// The target rotation time of the token, T_TR, in milliseconds
+    #[arg(long, value_name = "MS")]
+    pub(crate) ttr: Option<f64>,
+
     /// Min_Slave_Interval of the stations without min-interval, in milliseconds
     #[arg(long, value_name = "MS")]
     pub(crate) min_interval: Option<f64>,
@@ -330,6 +334,9 @@ impl Judge {
         }
         if self.min_interval.is_some_and(|interval| millis(interval).is_none()) {
             return Err("--min-interval is outside 0 to 60000 ms".into());
+        }
+        if self.ttr.is_some_and(|ttr| millis(ttr).is_none()) {
+            return Err("--ttr is outside 0 to 60000 ms".into());
         }
         Ok(())
     }

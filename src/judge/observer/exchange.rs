@@ -267,11 +267,12 @@ impl Observer {
     /// The time since a station was asked.
     pub(super) fn judge_interval(&mut self, cycle: &Cycle, retry: bool) {
         let now = cycle.end;
+        let away = self.timing.away_since();
         let view = self.view(cycle.to);
         let before = view.asked.replace(now);
         let before_len = core::mem::replace(&mut view.asked_len, cycle.octets.len());
         let (exchanging, watchdog) = (view.exchanging && view.loss == Loss::None, view.watchdog);
-        let Some(before) = before else { return };
+        let Some(before) = before.filter(|before| away.is_none_or(|away| away < *before)) else { return };
         let interval = now.saturating_since(before);
         if !retry && cycle.service.is_some() {
             if view.intervals.len() < INTERVALS {

@@ -213,6 +213,7 @@ impl Observer {
     pub(super) fn take(&mut self, moment: Moment) {
         match moment.side {
             Side::Master => self.master_sent(moment),
+            Side::Other(_) => self.other_sent(moment),
             Side::Station(_) => self.station_sent(&moment),
         }
     }
@@ -244,6 +245,7 @@ impl Observer {
         let concerns = |moment: &&Moment| {
             let Some(station) = station else { return true };
             match (moment.side, decode(&moment.octets)) {
+                (Side::Other(_), _) => true,
                 (Side::Station(from), _) => from == Some(station) || from.is_none(),
                 (Side::Master, Decoded::Telegram { telegram: Telegram::Data(data), .. }) => {
                     data.da == station || data.da.is_broadcast()
@@ -300,6 +302,34 @@ impl Observer {
             self.keep(shown);
         }
         self.timing.heard(moment.end, self.open.is_some());
+    }
+
+    /// Another master has sent, which the judge plays: it answers the one under test, or has the token.
+    fn other_sent(&mut self, moment: Moment) {
+        let end = moment.end;
+        let token = match decode(&moment.octets) {
+            Decoded::Telegram { telegram: Telegram::Token { sa, .. }, .. } => Some(sa),
+            Decoded::Telegram { .. } | Decoded::Incomplete | Decoded::Invalid { .. } => None,
+        };
+        if let Some(open) = &mut self.open {
+            let item = open.classify(&moment.octets);
+            open.answered_at.get_or_insert(moment.at);
+            open.items.push(item);
+        } else {
+            // Times without the token say nothing of the master.
+            self.timing.away(end);
+            self.trouble = Some(end);
+        }
+        if let Some(sa) = token.filter(|sa| self.master != Some(*sa)) {
+            self.note_other_master(sa);
+        }
+        self.keep(moment);
+        self.timing.heard(end, self.open.is_some());
+    }
+
+    /// How the line is seen.
+    pub(super) const fn sight(&self) -> Sight {
+        self.sight
     }
 
     fn master_sent(&mut self, moment: Moment) {

@@ -45,6 +45,8 @@ pub(super) struct Timing {
     was_paused: bool,
     /// The station whose reply was sent twice last.
     doubled: Option<Address>,
+    /// Another master had the token last.
+    away: Option<Instant>,
     /// A reply was sent twice at some time.
     ever_doubled: bool,
     /// Telegrams before the time of a reply that was held back.
@@ -66,6 +68,16 @@ impl Timing {
     /// How long the master waits for a reply, as far as its repetitions have shown it.
     pub(super) const fn usual_wait(&self) -> Option<Duration> {
         self.usual_wait
+    }
+
+    /// Another master has the token.
+    pub(super) const fn away(&mut self, now: Instant) {
+        self.away = Some(now);
+    }
+
+    /// When another master had the token last.
+    pub(super) const fn away_since(&self) -> Option<Instant> {
+        self.away
     }
 
     /// A station has sent; `asked`: the master waited for a reply.

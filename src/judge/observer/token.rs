@@ -30,12 +30,20 @@ pub(super) struct Ring {
     last: Option<(u8, bool)>,
     /// GAP addresses in their order, as far as they differ from the one before.
     order: Vec<u8>,
+    /// Another master is played, or about to be: the GAP is another one.
+    is_shared: bool,
+    /// What the search in the GAP left out before that.
+    left_out: Option<u8>,
 }
 
 /// GAP polls kept.
 const KEPT: usize = 1024;
 /// Requests in a rotation at most: 126 slaves, each with start-up and retries, are fewer.
 const LONGEST_ROTATION: u32 = 5000;
+/// So many tokens must bring a GAP poll: the GAP factor is at most 100.
+const MANY_TOKENS: u32 = 500;
+/// The highest address of a master.
+const HIGHEST: u8 = 125;
 /// Steps at least before the order of the GAP is judged.
 const LEAST_STEPS: usize = 4;
 
@@ -89,7 +97,9 @@ impl Observer {
         let skipped = |number: u8| if Some(number) == own { number + 1 } else { number };
         let follows = before.is_some_and(|before| skipped(before + 1) == da.number() || da.number() < before);
         self.ring.asked.insert(da.number());
-        self.ring.turns += u32::from(before.is_some_and(|before| da.number() < before));
+        let falls = before.is_some_and(|before| da.number() < before);
+        // With another master in the ring the GAP is shorter.
+        self.ring.turns += u32::from(falls && !self.ring.is_shared);
         self.ring.seen() && follows
     }
 
@@ -127,7 +137,7 @@ impl Observer {
         } else {
             self.held(Row::K03);
         }
-        match self.ring.last {
+        match self.ring.last.filter(|_| !self.ring.is_shared) {
             Some((last, false)) if last == da.number() && self.ring.polls == 1 && self.may_be_alone(da) => {}
             Some((last, false)) if last == da.number() => {
                 let reason = format!("address {da} is asked again after it did not answer");
@@ -140,7 +150,14 @@ impl Observer {
                 }
             }
             Some(_) => {}
+            None if self.ring.is_shared => {}
             None => self.ring.order.push(da.number()),
+        }
+        if self.ring.is_shared && !self.is_in_gap(da.number()) {
+            let reason = format!(
+                "address {da} is asked, which is not between the master and the next one in the ring"
+            );
+            self.broken(Row::K04, Weight::Times(2), serial, None, reason);
         }
         if let Some(hsa) = self.setup.hsa.filter(|hsa| da > *hsa) {
             let reason = format!("address {da} is asked, which is above the highest station address {hsa}");
@@ -154,10 +171,59 @@ impl Observer {
         self.ring.ready.insert(sa.number());
     }
 
+    /// A second master is about to come.
+    pub(in crate::judge) fn begin_ring(&mut self) {
+        if self.ring.ready.is_empty() {
+            self.ring.left_out = self.left_out();
+        }
+        self.ring.is_shared = true;
+    }
+
+    /// It has left.
+    pub(in crate::judge) const fn end_ring(&mut self) {
+        self.ring.is_shared = false;
+        self.ring.last = None;
+    }
+
+    /// The master, if it takes part in a ring.
+    pub(in crate::judge) fn ring_master(&self) -> Option<Address> {
+        self.master.filter(|_| self.ring.seen())
+    }
+
+    /// An address that the master is to ask soon in its GAP, and one behind it that is in nobody's ring.
+    pub(in crate::judge) fn free_addresses(&self) -> Option<(Address, Address)> {
+        let own = self.ring_master()?.number();
+        // Up to which address it asks its last round has shown.
+        let asked = self.ring.asked.last().copied().filter(|_| self.ring.turns > 0);
+        // Some masters ask up to the address before HSA.
+        let configured = self.setup.hsa.map(|hsa| hsa.number().saturating_sub(1));
+        let top = asked.max(configured).unwrap_or(HIGHEST).min(HIGHEST);
+        let from = self.ring.polled.unwrap_or(own);
+        let is_free = |number: &u8| {
+            *number != own
+                && self.setup.stations.iter().all(|slave| slave.address.number() != *number)
+                && !self.is_slave(Address::from_octet(*number))
+        };
+        let around = |from: u8| (1..=top).map(move |step| (from.min(top) + step) % (top + 1));
+        // The next one may be asked at this moment.
+        let second = around(from).skip(1).chain(around(from).take(1)).find(is_free)?;
+        let behind = around(second).take_while(|number| *number != own).find(is_free);
+        let stranger = behind.unwrap_or(if top < HIGHEST { top + 1 } else { second });
+        Some((Address::from_octet(second), Address::from_octet(stranger)))
+    }
+
     /// Whether an address is one of a slave: it is configured, or answered as one.
     fn is_slave(&self, address: Address) -> bool {
         self.setup.slave(address).is_some()
             || self.views.get(&address.number()).is_some_and(|view| view.answered)
+    }
+
+    /// Whether an address is between the master and the one that got the last token.
+    fn is_in_gap(&self, number: u8) -> bool {
+        let (Some(master), Some(next)) = (self.master.map(Address::number), self.ring.next) else {
+            return true;
+        };
+        if next > master { number > master && number < next } else { number > master || number < next }
     }
 
     /// Whether the GAP may be this address alone: then it is asked once in each GAP cycle.
@@ -171,14 +237,7 @@ impl Observer {
         };
         let is_configured =
             |number: u8| self.setup.stations.iter().any(|slave| slave.address.number() == number);
-        let in_gap = |number: u8| {
-            if next > master.number() {
-                number > master.number() && number < next
-            } else {
-                number > master.number() || number < next
-            }
-        };
-        (0..=top).filter(|number| in_gap(*number) && !is_configured(*number)).count() <= 1
+        (0..=top).filter(|number| self.is_in_gap(*number) && !is_configured(*number)).count() <= 1
     }
 
     /// What an FDL status request led to.
@@ -214,10 +273,20 @@ impl Observer {
             for row in [Row::K01, Row::K02, Row::K03, Row::K04, Row::K05, Row::K06, Row::K07, Row::K08] {
                 self.findings.inapplicable(row, reason);
             }
-            for row in Row::ALL.iter().filter(|row| row.id().starts_with("M-R") && **row != Row::R09) {
+            for row in Row::ALL.iter().filter(|row| row.id().starts_with("M-R")) {
                 self.findings.obstacle(*row, reason);
             }
             return;
+        }
+        let has_gap = self.master.is_none_or(|master| self.setup.hsa != Some(master) || master.number() > 0);
+        if self.ring.tokens >= MANY_TOKENS && has_gap && matches!(self.sight, Sight::Exact(_)) {
+            if self.ring.asked.is_empty() {
+                let reason =
+                    format!("{} tokens were passed, and no address of the GAP was asked", self.ring.tokens);
+                self.show(Row::K08, Weight::Once, reason);
+            } else {
+                self.held(Row::K08);
+            }
         }
         self.findings.obstacle(Row::K05, "the GAP factor of the master is not known");
         let steps: Vec<(u8, u8)> =
@@ -235,7 +304,7 @@ impl Observer {
                 steps.len()
             );
             self.broken(Row::K04, Weight::Once, self.serial.saturating_sub(16), None, reason);
-        } else if let Some(number) = self.left_out() {
+        } else if let Some(number) = self.ring.left_out.or_else(|| self.left_out()) {
             let reason = format!("address {number} of the GAP is never asked");
             self.broken(Row::K04, Weight::Once, self.serial.saturating_sub(16), None, reason);
         } else if self.setup.hsa.is_some() || distinct > 2 {

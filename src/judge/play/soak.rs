@@ -86,5 +86,6 @@ impl Judge {
 
 /// A station joins late only once, and what the master is asked for has its order.
 fn is_repeated(scenario: &Scenario) -> bool {
-    !scenario.rows.contains(&Row::L09) && scenario.steps.iter().all(|step| step.ask.is_none())
+    !scenario.rows.contains(&Row::L09)
+        && scenario.steps.iter().all(|step| step.ask.is_none() && step.second.is_none())
 }

@@ -129,6 +129,10 @@ impl Lanes {
             match moment.side {
                 Side::Station(Some(address)) => stations.push(address.number()),
                 Side::Master => stations.extend(destination(moment).filter(|address| *address < 126)),
+                Side::Other(address) => {
+                    stations.push(address.number());
+                    stations.extend(destination(moment).filter(|address| *address < 126));
+                }
                 Side::Station(None) => {}
             }
         }
@@ -165,7 +169,9 @@ impl Lanes {
     fn from(&self, moment: &Moment) -> usize {
         match moment.side {
             Side::Master => MASTER_X,
-            Side::Station(Some(address)) => self.lane(address.number()).unwrap_or(MASTER_X),
+            Side::Station(Some(address)) | Side::Other(address) => {
+                self.lane(address.number()).unwrap_or(MASTER_X)
+            }
             Side::Station(None) => x(self.count() - 1),
         }
     }
@@ -177,6 +183,8 @@ impl Lanes {
                 126.. => Some(x(self.count() - 1)),
                 station => self.lane(station),
             },
+            // A lane of its own has everybody but the master under test.
+            Side::Other(_) => Some(destination(moment).and_then(|to| self.lane(to)).unwrap_or(MASTER_X)),
             Side::Station(_) => {
                 matches!(decode(&moment.octets), Decoded::Telegram { .. }).then_some(MASTER_X)
             }

@@ -307,4 +307,33 @@ mistakes! {
     DiesOnOwner ["M-D07", "M-L05"]
     /// It ends when inputs are longer than configured.
     DiesOnLength ["M-E04"]
+    // These are seen only in a ring.
+    /// It answers no FDL status request.
+    NoStatusReply ["M-R01"]
+    /// It answers an FDL status request as a slave.
+    StatusAsSlave ["M-R01"]
+    /// A master that is ready gets no token.
+    IgnoresReady ["M-R02"]
+    /// It sends while another master has the token.
+    TalksWithoutToken ["M-R03"]
+    /// A token that was not taken is not passed again.
+    PassesOnce ["M-R04"]
+    /// A token that is not taken is passed without end.
+    PassesForEver ["M-R04"]
+    /// A token of a station that is not in the ring is taken at once.
+    TakesFromStranger ["M-R05"]
+    /// It stays in the ring when another one has its address.
+    StaysDespiteDouble ["M-R06"]
+    /// It never claims a token that was lost.
+    NeverClaims ["M-R07"]
+    /// T_TR is ignored.
+    HoldsLong ["M-R08"]
+    /// A slave that another master reads is started anew.
+    RestartsOnForeign ["M-R09"]
+    /// A master that is not ready gets the token.
+    TokenToNotReady ["M-K02"]
+    /// The GAP goes on behind the next master in the ring.
+    GapBeyondNext ["M-K04"]
+    /// The GAP is never asked.
+    NeverAsksGap ["M-K08"]
 }

@@ -9,6 +9,7 @@
 //! | `requests` | what is sent |
 //! | `replies` | what is made of replies |
 //! | `operator` | what a user asks of it |
+//! | `ring` | the token, other masters, the GAP |
 //! | `serve` | the master on a link |
 //! | `mistakes` | what it can do wrong |
 
@@ -26,10 +27,12 @@ pub(crate) mod mistakes;
 mod operator;
 mod replies;
 mod requests;
+mod ring;
 mod serve;
 mod slave;
 
 use mistakes::Mistake;
+use ring::Ring;
 pub(crate) use serve::serve;
 use slave::{Slave, State};
 
@@ -55,6 +58,11 @@ pub(crate) struct Settings {
     pub(crate) pause: Duration,
     /// It passes the token to itself and looks for stations in the GAP.
     pub(crate) token: bool,
+    /// The highest address of the GAP, and how many rotations are between two polls.
+    pub(crate) hsa: u8,
+    pub(crate) gap_factor: u32,
+    /// T_TR; without it the token is held for a whole cycle.
+    pub(crate) ttr: Option<Duration>,
     pub(crate) stations: Vec<Configured>,
 }
 
@@ -79,6 +87,9 @@ impl Settings {
             watchdog: Duration::from_millis(1000),
             pause: Duration::from_millis(2),
             token: false,
+            hsa: 30,
+            gap_factor: 5,
+            ttr: None,
             stations: stations.iter().map(configured).collect(),
         }
     }
@@ -100,11 +111,8 @@ pub(crate) struct TestMaster {
     cleared: bool,
     stop: Stop,
     /// Telegrams of the ring, to be sent before the next cycle.
-    ring: VecDeque<Beside>,
-    /// The GAP address that was asked last.
-    gap: u8,
-    /// It waits for the reply to a GAP poll.
-    polling: bool,
+    beside: VecDeque<Beside>,
+    ring: Ring,
     common: bool,
     waits: Option<Wait>,
     /// Not before.
@@ -135,6 +143,7 @@ enum Stop {
 /// A telegram of the ring.
 #[derive(Clone, Copy, Debug)]
 enum Beside {
+    Claim,
     Token,
     Poll,
     Noise,
@@ -142,10 +151,6 @@ enum Beside {
 
 /// Clear_Data of Global_Control.
 const CLEAR: u8 = 0x02;
-
-/// The highest address of the GAP, and how many rotations are between two polls.
-const HSA: u8 = 30;
-const GAP_FACTOR: u32 = 5;
 
 #[derive(Clone, Copy, Debug)]
 struct Wait {
@@ -159,13 +164,13 @@ impl TestMaster {
         let left_out = |at: usize| mistake == Some(Mistake::FewStations) && at == 10;
         let served = settings.stations.iter().enumerate().filter(|(at, _)| !left_out(*at));
         let slaves = served.map(|(_, configured)| Slave::new(configured)).collect();
-        let ring = if settings.token { vec![Beside::Token, Beside::Token] } else { Vec::new() };
+        let beside = if settings.token { vec![Beside::Claim, Beside::Claim] } else { Vec::new() };
         Self {
             next: match mistake {
                 Some(Mistake::NoListening) => Instant::ZERO,
                 _ => Instant::ZERO + settings.slot * (6 + 2 * u32::from(settings.address)),
             },
-            gap: settings.address,
+            ring: Ring::new(settings.address),
             settings,
             mistake,
             slaves,
@@ -175,8 +180,7 @@ impl TestMaster {
             operate: false,
             cleared: false,
             stop: Stop::No,
-            ring: ring.into(),
-            polling: false,
+            beside: beside.into(),
             common: false,
             waits: None,
             heard: Vec::new(),
@@ -221,11 +225,21 @@ impl TestMaster {
     /// The next telegram, if it is time for one.
     fn next_telegram(&mut self, now: Instant) -> Option<Vec<u8>> {
         let silent = self.dead || self.stop == Stop::Stopped;
-        if silent || self.sending || self.waits.is_some() || now < self.next {
+        if silent || self.sending || self.waits.is_some() {
             return None;
         }
-        if let Some(beside) = self.ring.pop_front() {
+        if !self.has_token() {
+            return self.without_token(now);
+        }
+        if now < self.next {
+            return None;
+        }
+        self.ring.polling = false;
+        if let Some(beside) = self.beside.pop_front() {
             return Some(self.of_ring(beside));
+        }
+        if self.is_too_late() {
+            return Some(self.of_ring(Beside::Token));
         }
         if self.turn >= self.slaves.len() {
             self.end_cycle();
@@ -235,6 +249,7 @@ impl TestMaster {
         if let Some((control, groups)) = self.controls.pop_front()
             && !self.does(Mistake::NoControl)
         {
+            self.ring.used += 1;
             self.next = now
                 + self.settings.baud.octet_times(13)
                 + if self.does(Mistake::ShortAfterControl) {
@@ -264,6 +279,7 @@ impl TestMaster {
             None => self.ask(turn),
         };
         self.slaves[turn].open = Some(octets.clone());
+        self.ring.used += 1;
         self.waits = Some(Wait { slave: turn, until: None });
         Some(octets)
     }
@@ -289,13 +305,13 @@ impl TestMaster {
             }
         }
         if self.does(Mistake::Babbles) && self.cycles.is_multiple_of(100) {
-            self.ring.extend([Beside::Noise, Beside::Noise]);
+            self.beside.extend([Beside::Noise, Beside::Noise]);
         }
         if self.settings.token && !self.does(Mistake::NeverPasses) {
-            if self.cycles.is_multiple_of(GAP_FACTOR) {
-                self.ring.push_back(Beside::Poll);
+            if self.cycles.is_multiple_of(self.settings.gap_factor) && self.next_gap() {
+                self.beside.push_back(Beside::Poll);
             }
-            self.ring.push_back(Beside::Token);
+            self.beside.push_back(Beside::Token);
         }
     }
 
@@ -410,6 +426,7 @@ impl TestMaster {
 
 impl Master for TestMaster {
     fn handle_bytes(&mut self, now: Instant, octets: &[u8]) {
+        self.hear_ring(now, octets);
         let Some(wait) = &mut self.waits else {
             self.next = self.next.max(now + self.settings.baud.bit_times(SYN_BITS));
             return;
@@ -451,11 +468,12 @@ impl Master for TestMaster {
         self.sending = false;
         self.heard.clear();
         self.junk = 0;
+        self.ring_sent(now);
         let slot = self.slot();
         if let Some(wait) = &mut self.waits {
             wait.until = Some(now + slot);
             self.take_kept(now);
-        } else if core::mem::take(&mut self.polling) {
+        } else if self.ring.polling {
             self.next = self.next.max(now + slot);
         } else {
             self.next = self.next.max(now + self.syn());
@@ -487,6 +505,7 @@ impl Master for TestMaster {
         }
         match self.waits {
             Some(wait) => wait.until,
+            None if !self.has_token() => self.ring_due(),
             None => Some(self.next),
         }
     }

@@ -6,7 +6,7 @@ use profidrive::profibus::fdl::{
 
 use super::mistakes::Mistake;
 use super::slave::State;
-use super::{Beside, Configured, HSA, Stop, TestMaster};
+use super::{Beside, Configured, Stop, TestMaster};
 
 impl TestMaster {
     pub(super) fn ask(&mut self, turn: usize) -> Vec<u8> {
@@ -49,16 +49,12 @@ impl TestMaster {
     pub(super) fn of_ring(&mut self, beside: Beside) -> Vec<u8> {
         let own = self.settings.address;
         match beside {
-            Beside::Token => vec![0xDC, own, own],
+            Beside::Claim => vec![0xDC, own, own],
+            Beside::Token => self.pass_token(),
             Beside::Noise => vec![0x33; 200],
             Beside::Poll => {
-                self.polling = true;
-                self.gap = if self.gap >= HSA { 0 } else { self.gap + 1 };
-                if self.gap == own {
-                    self.gap += 1;
-                }
-                let fc = 0x49;
-                vec![0x10, self.gap, own, fc, self.gap.wrapping_add(own).wrapping_add(fc), 0x16]
+                self.ring.polling = true;
+                short(self.ring.gap, own, 0x49)
             }
         }
     }
@@ -88,8 +84,6 @@ impl TestMaster {
         self.extras += 1;
         let nth = self.extras;
         let own = self.settings.address;
-        let short =
-            |to: u8, from: u8, fc: u8| vec![0x10, to, from, fc, to.wrapping_add(from).wrapping_add(fc), 0x16];
         let poll = |to: u8| short(to, own, 0x49);
         let token = |to: u8| vec![0xDC, to, own];
         let broken = |at: usize| {
@@ -195,4 +189,9 @@ impl TestMaster {
         }
         [&[status, factors[0], factors[1], tsdr, high, low, groups][..], &user].concat()
     }
+}
+
+/// SD1.
+pub(super) fn short(to: u8, from: u8, fc: u8) -> Vec<u8> {
+    vec![0x10, to, from, fc, to.wrapping_add(from).wrapping_add(fc), 0x16]
 }

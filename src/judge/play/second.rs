@@ -1,0 +1,140 @@
+//! A second master on the line: when it is there, what it hears, and what it has seen.
+
+use core::time::Duration;
+
+use super::{Counts, Judge, SILENCE};
+use crate::judge::findings::Weight;
+use crate::judge::moment::{Moment, Side};
+use crate::judge::observer::Sight;
+use crate::judge::rows::Row;
+use crate::judge::scenario::{Course, SLOT, Scenario};
+use crate::judge::second::{Evidence, Second, Surroundings};
+use crate::profibus::fdl::Address;
+use crate::time::{Instant, SYN_BITS};
+
+impl Judge {
+    /// The address of the second master that is on the line, or was last.
+    pub(in crate::judge) const fn second_address(&self) -> Option<Address> {
+        self.second_at
+    }
+
+    /// Whether a second master is on the line.
+    pub(in crate::judge) const fn has_second(&self) -> bool {
+        self.second.is_some()
+    }
+
+    /// When to call [`Judge::speak`] although nothing was heard; not while somebody sends.
+    pub(in crate::judge) fn second_due(&self) -> Option<Instant> {
+        self.second.as_ref()?.poll_timeout()
+    }
+
+    /// What the second master sends now. Whoever sends it tells the judge by [`Judge::hear`].
+    pub(in crate::judge) fn speak(&mut self, now: Instant) -> Option<Vec<u8>> {
+        let second = self.second.as_mut()?;
+        second.handle_timeout(now);
+        let octets = second.poll_transmit(now);
+        self.take_evidence();
+        octets
+    }
+
+    pub(super) fn second_hears(&mut self, moment: &Moment) {
+        let Some(second) = &mut self.second else { return };
+        match moment.side {
+            Side::Master => second.hear_master(moment.end, &moment.octets),
+            Side::Other(_) => second.sent(moment.end),
+            Side::Station(_) => second.hear_station(moment.end),
+        }
+        self.take_evidence();
+        self.judge_reading();
+    }
+
+    /// Goes on to the next scenario that can be played with what is known of the master by now.
+    pub(super) fn skip_impossible(&mut self) {
+        while let Some(scenario) = self.scenarios.get(self.next)
+            && let Some(course) = scenario.course()
+            && let Err(reason) = self.surroundings(course, scenario)
+        {
+            for row in &scenario.rows {
+                self.observer.findings.default_obstacle(*row, reason);
+            }
+            self.next += 1;
+        }
+    }
+
+    pub(super) fn begin_second(&mut self, scenario: usize, step: usize) {
+        let Some(played) = self.scenarios.get(scenario) else { return };
+        let Some(course) = played.steps.get(step).and_then(|step| step.second) else { return };
+        let Ok(line) = self.surroundings(course, played) else { return };
+        self.observer.begin_ring();
+        self.second_at = Some(line.own);
+        self.second = Some(Second::new(course, line));
+    }
+
+    pub(super) fn is_second_done(&self) -> bool {
+        self.second.as_ref().is_none_or(Second::is_over)
+    }
+
+    pub(super) fn end_second(&mut self) {
+        let Some(second) = &mut self.second else { return };
+        second.end();
+        self.take_evidence();
+        self.second = None;
+        self.observer.end_ring();
+    }
+
+    /// What a second master must know of the line, or why there can be none.
+    fn surroundings(&self, course: Course, scenario: &Scenario) -> Result<Surroundings, &'static str> {
+        let setup = &self.observer.setup;
+        let master = self.observer.ring_master().ok_or("needs a master that passes the token")?;
+        let (own, stranger) =
+            self.observer.free_addresses().ok_or("needs a free address in the GAP of the master")?;
+        let rate = match self.observer.sight() {
+            Sight::Exact(rate) => Some(rate),
+            Sight::Untimed | Sight::Recorded => None,
+        };
+        let line = Surroundings {
+            own,
+            master,
+            slave: scenario.subject(setup).ok_or("needs a station that is present")?.address,
+            stranger,
+            slot: setup.slot.unwrap_or(SLOT),
+            pause: rate.map_or(Duration::ZERO, |rate| rate.bit_times(SYN_BITS + 2)),
+            ttr: setup.ttr,
+            exact: rate.is_some(),
+        };
+        // A master that is silent for longer counts as gone.
+        let is_soon = line.time_out() * 3 < SILENCE * 2;
+        if is_soon || course != Course::LeavesWithToken {
+            Ok(line)
+        } else {
+            Err("the master waits for longer than 6.7 s, its T_TO, until it claims the token")
+        }
+    }
+
+    fn take_evidence(&mut self) {
+        while let Some(evidence) = self.second.as_mut().and_then(Second::poll_evidence) {
+            match evidence {
+                Evidence::Held(row) => self.observer.findings.held(row),
+                Evidence::Broken(row, weight, reason) => self.observer.show(row, weight, reason),
+                Evidence::Missed(row, reason) => self.observer.findings.missed(row, reason),
+                Evidence::NoOccasion(row, reason) => self.observer.findings.obstacle(row, reason),
+            }
+        }
+    }
+
+    /// What the second master reads of a slave does not concern the master.
+    fn judge_reading(&mut self) {
+        let Some(second) = self.second.as_ref().filter(|second| second.has_read()) else { return };
+        let (slave, reads) = (second.slave(), second.is_reading());
+        let Counts { start_ups, .. } = self.counts(slave);
+        let before = self.before.get(&slave.number()).copied().unwrap_or_default().start_ups;
+        if start_ups != before {
+            let reason = format!(
+                "station {slave} is started anew after another master has read its diagnosis and inputs"
+            );
+            self.observer.show(Row::R09, Weight::Once, reason);
+        } else if !reads && !self.observer.findings.is_judged(Row::R09) {
+            self.observer.findings.held(Row::R09);
+        }
+    }
+}

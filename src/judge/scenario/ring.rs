@@ -1,0 +1,49 @@
+//! Scenarios with a second master on the line, those that the master survives most easily first.
+
+use core::time::Duration;
+
+use super::{Course, Need, Scenario, Step};
+use crate::judge::rows::Row;
+
+/// How long it may take until the master asks for an address of its GAP.
+const GAP: Duration = Duration::from_secs(6);
+const GAP_CYCLES: u32 = 150;
+
+/// A master of the ring is played. With `exact` times what only they show, too.
+pub(in crate::judge) fn ring(exact: bool) -> Vec<Scenario> {
+    let one = |name: &str, rows: &[Row], course, needs: &[Need]| {
+        let step = Step {
+            lasts: GAP,
+            cycles: GAP_CYCLES,
+            until_injected: true,
+            second: Some(course),
+            ..Step::default()
+        };
+        let returns = vec![course.row()];
+        Scenario { steps: vec![step], needs: needs.to_vec(), returns, ..Scenario::one(name, rows, &[]) }
+    };
+    let mut list = vec![
+        one(
+            "a second master enters the ring, reads a slave, and then takes no token",
+            &[Row::R01, Row::R02, Row::R03, Row::R04, Row::R09],
+            Course::Works,
+            &[],
+        ),
+        one("a second master listens only", &[Row::R02], Course::Listens, &[]),
+        one("a second master leaves with the token", &[Row::R07], Course::LeavesWithToken, &[Need::Slot]),
+    ];
+    if exact {
+        list.extend([
+            one("a token of a station that is not in the ring", &[Row::R05], Course::Strange, &[]),
+            one(
+                "a second master has the token for twice the target rotation time",
+                &[Row::R08],
+                Course::Slow,
+                &[Need::Ttr],
+            ),
+            // Behind it a master may want its user.
+            one("a second master has the address of the master", &[Row::R06], Course::Double, &[]),
+        ]);
+    }
+    list
+}

@@ -1,0 +1,19 @@
+//! A second master, played by the judge: it enters the ring of the master under test, works there, and leaves it. Sans-I/O.
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | `course` | [`Course`]: what it does with each token, as data |
+//! | `station` | [`Second`]: the station of the data link layer |
+//! | `heard` | what it makes of telegrams and of silence |
+//! | `evidence` | [`Evidence`]: what that says of a row |
+//! | `telegrams` | what it sends |
+
+mod course;
+mod evidence;
+mod heard;
+mod station;
+mod telegrams;
+
+pub use course::{Course, Duty};
+pub(super) use evidence::Evidence;
+pub(super) use station::{Second, Surroundings};
