@@ -56,7 +56,7 @@ impl StationEvent {
     }
 
     /// Each reason of a refused command.
-    pub fn each_reason(&self, tell: &mut dyn FnMut(Reason<'_>)) {
+    pub(crate) fn each_reason(&self, tell: &mut dyn FnMut(Reason<'_>)) {
         if let Self::Ag03(ag03::profibus::Event::CommandRefused(refusal)) = self {
             refusal.each_reason(tell);
         }

@@ -41,7 +41,7 @@ impl Known {
 
 impl Context {
     /// Takes what is known of a station ([`Context::know`]).
-    pub fn know_station(&mut self, station: Address, Known { model, mode, lengths }: Known) {
+    pub(crate) fn know_station(&mut self, station: Address, Known { model, mode, lengths }: Known) {
         self.know(station, model, mode, lengths);
     }
 }

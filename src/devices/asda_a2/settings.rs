@@ -39,7 +39,7 @@ macro_rules! settings {
             }
 
             /// What of it survives.
-            pub const fn keeping(self) -> Keeping {
+            pub(crate) const fn keeping(self) -> Keeping {
                 match self { $(Self::$name => Keeping::$keeping,)* }
             }
         }

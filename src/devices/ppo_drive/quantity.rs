@@ -27,7 +27,7 @@ macro_rules! quantities {
             }
 
             /// Whether it can be set.
-            pub const fn is_settable(self) -> bool {
+            pub(crate) const fn is_settable(self) -> bool {
                 match self { $(Self::$variant => $settable,)* }
             }
         }

@@ -45,7 +45,7 @@ impl Event {
     }
 
     /// Whether it is cyclic detail: a log leaves it out unless asked for more.
-    pub const fn is_detail(&self) -> bool {
+    pub(crate) const fn is_detail(&self) -> bool {
         if let Self::Unit(event) = self { event.is_detail() } else { false }
     }
 }

@@ -86,7 +86,7 @@ bits_of_word! {
 
 impl SwBit {
     /// What the bit says in a mode.
-    pub const fn name_in(self, mode: Mode) -> &'static str {
+    pub(crate) const fn name_in(self, mode: Mode) -> &'static str {
         match (mode, self) {
             (Mode::Velocity, Self::TargetReached) => "speed in window",
             (Mode::Velocity, Self::Acknowledge) => "standstill",

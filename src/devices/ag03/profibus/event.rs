@@ -64,7 +64,7 @@ impl Event {
     }
 
     /// Whether it is cyclic detail: a log leaves it out unless asked for more.
-    pub const fn is_detail(&self) -> bool {
+    pub(crate) const fn is_detail(&self) -> bool {
         match self {
             Self::Unit { event, .. } => event.is_detail(),
             Self::JobRefused(_) | Self::CommandRefused(_) | Self::Hint(_) => false,

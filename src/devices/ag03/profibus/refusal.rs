@@ -59,7 +59,7 @@ impl Refusal {
     }
 
     /// Tells every unmet condition, in the order in which they are printed.
-    pub fn each_reason(&self, tell: &mut dyn FnMut(face::Reason<'_>)) {
+    pub(crate) fn each_reason(&self, tell: &mut dyn FnMut(face::Reason<'_>)) {
         self.reasons().for_each(|reason| tell(face::Reason::new(reason.name(), &self.text(reason))));
     }
 

@@ -15,7 +15,7 @@ use crate::profibus::ppo;
 
 impl Device {
     /// Tells what stands against another start now, whether or not it moves: an active travel job does, too.
-    pub fn each_against_start(&self, tell: &mut dyn FnMut(Reason<'_>)) {
+    pub(crate) fn each_against_start(&self, tell: &mut dyn FnMut(Reason<'_>)) {
         of_power(self.power(), tell);
         if self.power() != Power::On {
             return;

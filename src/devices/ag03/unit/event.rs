@@ -90,7 +90,7 @@ impl Event {
     }
 
     /// Whether it is cyclic detail: a log leaves it out unless asked for more.
-    pub const fn is_detail(&self) -> bool {
+    pub(crate) const fn is_detail(&self) -> bool {
         matches!(self, Self::Written { effect: Effect::None, .. } | Self::Stored)
     }
 }

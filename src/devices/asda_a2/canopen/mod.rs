@@ -114,7 +114,7 @@ impl AsdaA2 {
     }
 
     /// Takes an alarm back that was provoked; the drive stays off until the master resets it.
-    pub fn take_back_alarm(&mut self, now: Instant, alarm: Alarm) {
+    pub(crate) fn take_back_alarm(&mut self, now: Instant, alarm: Alarm) {
         self.drive.servo.advance(now);
         self.drive.servo.take_back(alarm);
         self.node.handle_change(now, &mut self.drive);
