@@ -95,7 +95,7 @@ fn say(progress: &Progress) {
     let Progress { number, of, name, left } = progress;
     let left = left.as_secs();
     if number > of {
-        info!("soak, about {left} s left: {name}");
+        info!("again, about {left} s left: {name}");
     } else {
         info!("{number} of {of}, about {left} s left: {name}");
     }

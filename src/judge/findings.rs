@@ -187,6 +187,18 @@ impl Findings {
         self.records.get(&row).is_some_and(|record| record.held > 0 || self.fails(record))
     }
 
+    /// Whether something was seen against a row that is no proof.
+    pub(super) fn is_doubtful(&self, row: Row) -> bool {
+        self.records.get(&row).is_some_and(|record| record.broken > 0 && !self.fails(record))
+    }
+
+    /// Whether more occasions would say more of a row.
+    pub(super) fn is_open(&self, row: Row) -> bool {
+        let Some(record) = self.records.get(&row) else { return true };
+        let may_come = record.obstacle.as_ref().is_none_or(|obstacle| obstacle.missed);
+        self.is_doubtful(row) || (record.broken == 0 && record.held == 0 && may_come)
+    }
+
     fn fails(&self, record: &Record) -> bool {
         proves(record, self.soaks)
     }

@@ -10,8 +10,10 @@
 //! | `outcome` | what a scenario has shown, and why a row is not judged |
 //! | `ending` | [`Progress`], [`Ending`] |
 //! | `operator` | who operates the master is asked for what a scenario needs |
+//! | `patience` | how long it waits |
 //! | `record` | what was played how long, and how long the rest takes |
 //! | `second` | a second master on the line |
+//! | `again` | scenarios once more, for rows that are still open |
 //! | `soak` | scenarios repeated at random |
 
 use core::time::Duration;
@@ -31,28 +33,23 @@ use crate::host::link::fault::Faults;
 use crate::profibus::fdl::Address;
 use crate::time::Instant;
 
+mod again;
 mod ending;
 mod operator;
 mod outcome;
+mod patience;
 mod record;
 mod second;
 mod soak;
 
+use again::Again;
 pub use ending::{Ending, Progress};
+use patience::{FIRST_LIMIT, LEAST_WAIT};
 use record::Record;
 use soak::Soak;
 
 /// Good exchanges in a row with each station: nothing is wrong.
 const BASELINE: u32 = 8;
-/// How long a master may take until it exchanges data with every station at first.
-const FIRST_LIMIT: Duration = Duration::from_secs(15);
-/// How long it may take to come back.
-const LIMIT: Duration = Duration::from_secs(8);
-/// How long nothing is disturbed, and so many cycles at least: M-O01 needs three seconds.
-const WATCH: Duration = Duration::from_millis(3500);
-const WATCH_CYCLES: u32 = 60;
-/// And so many cycles at least: a start-up, the next one if something was wrong with it, and good exchanges.
-const RETURN_CYCLES: u32 = 50;
 /// A master that says nothing for so long is gone.
 const SILENCE: Duration = Duration::from_secs(10);
 /// Octets without a telegram among them: another rate, or no master.
@@ -75,6 +72,8 @@ pub struct Judge {
     /// The first telegram of the master.
     started: Option<Instant>,
     begun: Option<Instant>,
+    /// Data are exchanged with every station since then.
+    reached: Option<Instant>,
     ending: Option<Ending>,
     record: Record,
     progress: Option<Progress>,
@@ -86,6 +85,7 @@ pub struct Judge {
     before: BTreeMap<u8, Counts>,
     /// How long the whole judgement may take, where the user says it.
     limit: Option<Duration>,
+    again: Again,
     soak: Option<Soak>,
     /// Somebody operates the master.
     operated: bool,
@@ -150,6 +150,7 @@ impl Judge {
             phase: Phase::Waiting,
             started: None,
             begun: None,
+            reached: None,
             ending: None,
             record: Record::default(),
             progress: None,
@@ -157,6 +158,7 @@ impl Judge {
             injected: 0,
             before: BTreeMap::new(),
             limit: None,
+            again: Again::default(),
             soak: None,
             operated: false,
             ask: None,
@@ -391,26 +393,6 @@ impl Judge {
         };
     }
 
-    /// How long nothing is disturbed: rows that scenarios are for are seen later.
-    fn watch(&self) -> Duration {
-        let later = |row: &Row| {
-            let mut of =
-                self.scenarios.iter().flat_map(|scenario| scenario.rows.iter().chain(&scenario.returns));
-            of.any(|other| other == row)
-        };
-        if self.wanted.iter().all(later) { Duration::ZERO } else { WATCH.max(self.cycle() * WATCH_CYCLES) }
-    }
-
-    /// The first time takes longer: the master begins.
-    fn return_limit(&self, scenario: usize) -> Duration {
-        if scenario == 0 && self.next == 1 { FIRST_LIMIT } else { self.later_limit() }
-    }
-
-    /// How long data exchange may take to come back.
-    fn later_limit(&self) -> Duration {
-        LIMIT.max(self.cycle() * RETURN_CYCLES)
-    }
-
     fn come_back(
         &mut self,
         now: Instant,
@@ -420,7 +402,7 @@ impl Judge {
         bus: &mut Bus,
         faults: &mut Faults,
     ) {
-        let first = scenario.is_none() || (scenario == Some(0) && self.next == 1);
+        let first = self.reached.is_none();
         let Some(station) = self.missing() else {
             if let Some(scenario) = scenario.and_then(|scenario| self.scenarios.get(scenario)).cloned()
                 && !revived
@@ -431,6 +413,7 @@ impl Judge {
                 self.observer.findings.held(Row::I06);
             }
             if first {
+                self.reached = Some(now);
                 self.observer.watching = true;
                 self.remember();
                 self.measure();
@@ -441,6 +424,10 @@ impl Judge {
             return;
         };
         if now < until {
+            return;
+        }
+        if (first && self.is_slow(now, station)) || self.is_silent(now) {
+            self.phase = Phase::Returning { scenario, until: now + LEAST_WAIT, revived };
             return;
         }
         // Whoever hears his own address may wait for his user.
@@ -485,6 +472,10 @@ impl Judge {
         if scenario < self.scenarios.len() {
             self.next += 1;
             self.begin_scenario(now, scenario, bus, faults);
+        } else if let Some(scenario) = self.again(now) {
+            self.begin_scenario(now, scenario, bus, faults);
+        } else if let Some(watching) = self.watch_on(now) {
+            self.phase = watching;
         } else if !self.soak_on(now, bus, faults) {
             self.end(Ending::Done);
         }

@@ -27,12 +27,23 @@ pub(crate) fn setup(settings: &Settings, absent: &[u8]) -> Setup {
 }
 
 /// 244 octets each way, in the special format.
-const LONGEST: [u8; 12] = [0xC0, 0x3F, 0x3F, 0xC0, 0x3F, 0x3F, 0xC0, 0x3F, 0x3F, 0xC0, 0x33, 0x33];
+pub(crate) const LONGEST: [u8; 12] = [0xC0, 0x3F, 0x3F, 0xC0, 0x3F, 0x3F, 0xC0, 0x3F, 0x3F, 0xC0, 0x33, 0x33];
 
 /// Two stations that are there and one that is not, unless a mistake needs something else to be seen.
 pub(crate) fn configured(mistake: Option<Mistake>) -> (Settings, Setup) {
-    let slot = Duration::from_micros(600);
-    let mut settings = Settings::new(&[5, 6, 9], slot);
+    placed(mistake, &[5, 6, 9], &[9], Duration::from_micros(600))
+}
+
+/// These stations, of which some are absent, unless a mistake needs something else to be seen.
+pub(crate) fn placed(
+    mistake: Option<Mistake>,
+    stations: &[u8],
+    absent: &[u8],
+    slot: Duration,
+) -> (Settings, Setup) {
+    let mut settings = Settings::new(stations, slot);
+    settings.watchdog = settings.watchdog.max(slot * 50);
+    let mut absent = absent.to_vec();
     let cfg: Option<&[u8]> = match mistake {
         // Eight octets of inputs.
         Some(Mistake::RejectsSd3) => Some(&[0x23, 0x17]),
@@ -47,13 +58,21 @@ pub(crate) fn configured(mistake: Option<Mistake>) -> (Settings, Setup) {
     }
     match mistake {
         // Telegrams are much shorter than the slot time.
-        Some(Mistake::TakesLate) => settings.slot = Duration::from_millis(5),
+        Some(Mistake::TakesLate) => settings.slot = slot.max(Duration::from_millis(5)),
         Some(Mistake::FewStations) => {
             settings.stations = Settings::new(&(10..42).collect::<Vec<u8>>(), slot).stations;
         }
-        Some(Mistake::SleepsForAbsent) => settings.stations = Settings::new(&[5, 9], slot).stations,
+        // As many are absent as are there.
+        Some(Mistake::SleepsForAbsent) => {
+            let there = stations.len() - absent.len();
+            let more: Vec<u8> = (90..).take(there.saturating_sub(absent.len())).collect();
+            settings.stations.extend(Settings::new(&more, slot).stations);
+            absent.extend(more);
+        }
         Some(Mistake::TightSlot) => settings.slot = BAUD.bit_times(u32::from(BAUD.max_tsdr_bits()) + 10),
-        Some(Mistake::TightWatchdog) => settings.watchdog = Duration::from_millis(10),
+        Some(Mistake::TightWatchdog) => {
+            (settings.watchdog, settings.pause) = (Duration::from_millis(10), Duration::from_millis(4));
+        }
         Some(Mistake::NeverPasses) => settings.token = true,
         Some(mistake) if in_ring(mistake) => {
             settings.token = true;
@@ -67,7 +86,7 @@ pub(crate) fn configured(mistake: Option<Mistake>) -> (Settings, Setup) {
         ttr: settings.ttr,
         min_interval: (mistake == Some(Mistake::TooFast)).then_some(settings.pause * 2),
         auto_clear: (mistake == Some(Mistake::NoAutoClear)).then_some(Duration::from_millis(500)),
-        ..setup(&settings, &[9])
+        ..setup(&settings, &absent)
     };
     if matches!(mistake, Some(Mistake::AsksSync | Mistake::Dpv1Octets)) {
         let gsd = Gsd::read(device_file(mistake == Some(Mistake::Dpv1Octets)).as_bytes()).unwrap();

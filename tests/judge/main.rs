@@ -18,6 +18,7 @@ mod configured;
 mod covered;
 mod endings;
 mod live;
+mod many;
 mod operated;
 #[cfg(feature = "master")]
 mod profirust;
@@ -26,5 +27,6 @@ mod reports;
 mod ring;
 #[cfg(feature = "master")]
 mod session;
+mod situations;
 mod soaked;
 mod virtual_time;

@@ -49,7 +49,7 @@ pub(crate) fn rows(patterns: &[&str]) -> Vec<Row> {
 }
 
 /// Whether the long tests run: they judge more masters by more rows.
-fn is_long() -> bool {
+pub(crate) fn is_long() -> bool {
     std::env::var_os("PROFIDRIVE_LONG").is_some()
 }
 
@@ -72,26 +72,12 @@ fn a_slow_master_is_judged_completely() {
     assert_eq!(names(&slow, Verdict::NotJudged), names(&fast, Verdict::NotJudged), "{slow}");
 }
 
-/// 32 stations, and as many as there are addresses beside that of the master and 126.
-#[test]
-fn many_stations_are_judged() {
-    for stations in [(10..42).collect::<Vec<u8>>(), (0..=125).filter(|number| *number != 2).collect()] {
-        let settings = Settings::new(&stations, Duration::from_micros(600));
-        let setup = setup(&settings, &[]);
-        let mut line = Line::with(BAUD, TestMaster::new(settings, None));
-        line.set_slot_time(Duration::from_micros(600));
-        let rows = [Row::I04, Row::I06, Row::X03, Row::C02, Row::P05, Row::T08];
-        let report = simulated(&mut line, setup, &rows);
-        assert_eq!(report.count(Verdict::Pass), rows.len(), "{} stations: {report}", stations.len());
-    }
-}
-
 /// Failures and warnings.
-fn broken(report: &Report) -> Vec<&'static str> {
+pub(crate) fn broken(report: &Report) -> Vec<&'static str> {
     [names(report, Verdict::Fail), names(report, Verdict::Warn)].concat()
 }
 
-fn names(report: &Report, verdict: Verdict) -> Vec<&'static str> {
+pub(crate) fn names(report: &Report, verdict: Verdict) -> Vec<&'static str> {
     let of = report.judgements.iter().filter(|judgement| judgement.verdict == verdict);
     of.map(|judgement| judgement.row.id()).collect()
 }
@@ -185,7 +171,10 @@ fn correct_masters_of_many_configurations_are_not_accused() {
 }
 
 /// What `complaint` says of each, on every core.
-fn in_threads<T: Sync>(list: &[T], complaint: impl Fn(&T) -> Option<String> + Sync) -> Vec<String> {
+pub(crate) fn in_threads<T: Sync>(
+    list: &[T],
+    complaint: impl Fn(&T) -> Option<String> + Sync,
+) -> Vec<String> {
     let cores = std::thread::available_parallelism().map_or(1, core::num::NonZero::get);
     std::thread::scope(|scope| {
         let complaint = &complaint;

@@ -52,6 +52,8 @@ pub(super) struct Control {
     since_clear: u32,
     /// When OPERATE was announced last, until that is too long ago.
     operate_at: Option<Instant>,
+    /// How often it was announced since CLEAR.
+    operates: u32,
     /// Somebody asked the master for CLEAR.
     pub(super) clear_wanted: bool,
 }
@@ -104,6 +106,7 @@ impl Observer {
         if command & CLEAR_DATA == 0 {
             control.operated = true;
             control.operate_at = Some(now);
+            control.operates = control.operates.saturating_add(1);
             control.operate_groups |= groups;
             control.operate_to_all |= groups == 0;
             control.mode = Mode::Operate;
@@ -113,6 +116,7 @@ impl Observer {
         let stays = control.mode == Mode::Operate && !control.clear_wanted && self.setup.auto_clear.is_none();
         if control.mode != Mode::Clear {
             control.since_clear = 0;
+            control.operates = 0;
         }
         control.mode = Mode::Clear;
         // At other times it is the user who asks for CLEAR, and whether that was so a recording does not tell.
@@ -148,6 +152,11 @@ impl Observer {
                 );
                 self.show(Row::O01, Weight::Once, reason);
             }
+            // A recording may leave out what is repeated.
+            None if self.operate_due().is_some() && self.sight != super::Sight::Recorded => {
+                let reason = "OPERATE was announced once, and data exchange was not seen until it must be announced again";
+                self.findings.missed(Row::O01, reason);
+            }
             None => self.held(Row::O01),
         }
     }
@@ -171,13 +180,24 @@ impl Observer {
         self.broken(Row::O04, Weight::Once, cycle.serial, None, reason);
     }
 
+    /// In this time OPERATE is announced again.
+    fn longest_repeat(&self) -> Duration {
+        self.setup.watchdog.unwrap_or_default().saturating_mul(3).max(LEAST_REPEAT)
+    }
+
+    /// When OPERATE, which was announced once, must have been announced again.
+    pub(in crate::judge) fn operate_due(&self) -> Option<Instant> {
+        let Control { mode, operate_at, operates, .. } = self.control;
+        let once = mode == Mode::Operate && operates < 2;
+        Some(operate_at.filter(|_| once)? + self.longest_repeat())
+    }
+
     /// OPERATE is announced again and again.
     fn judge_repeated(&mut self, cycle: &Cycle) {
         let Control { mode, operate_at, .. } = self.control;
         let Some(at) = operate_at.filter(|_| mode == Mode::Operate) else { return };
         let silent = cycle.end.saturating_since(at);
-        let limit = self.setup.watchdog.unwrap_or_default().saturating_mul(3).max(LEAST_REPEAT);
-        if silent > limit && self.sight != super::Sight::Recorded {
+        if silent > self.longest_repeat() && self.sight != super::Sight::Recorded {
             self.control.operate_at = None;
             let reason =
                 format!("OPERATE was announced, and not again for {} s of data exchange", silent.as_secs());

@@ -406,13 +406,22 @@ impl Observer {
         }
         let present = self.setup.stations.len();
         let common = self.common.toggled * 10 > self.common.all * 9;
-        if stations >= 2 && common && c02.verdict == crate::judge::Verdict::Fail {
-            let moments = c02.telegrams.into_iter().map(|telegram| telegram.moment).collect();
-            let reason =
-                "the FCB toggles over the requests to all stations, not for each station by itself".into();
-            self.findings.broken(Row::C08, Weight::Once, reason, moments);
+        if stations >= 2 && common {
+            let reason = "the FCB toggles over the requests to all stations, not for each station by itself";
+            match c02.verdict {
+                crate::judge::Verdict::Fail => {
+                    let moments = c02.telegrams.into_iter().map(|telegram| telegram.moment).collect();
+                    self.findings.broken(Row::C08, Weight::Once, reason.into(), moments);
+                }
+                crate::judge::Verdict::Pass
+                | crate::judge::Verdict::Warn
+                | crate::judge::Verdict::NotJudged => self.show(Row::C08, Weight::Once, reason.into()),
+            }
         } else if c02.verdict == crate::judge::Verdict::Fail {
             self.findings.obstacle(Row::C08, "the FCB is wrong in another way, see M-C02");
+        } else if present >= 2 && common {
+            let reason = "with an odd number of stations one FCB for all of them looks the same";
+            self.findings.missed(Row::C08, reason);
         } else if present >= 2 && self.findings.is_judged(Row::C02) {
             self.held(Row::C08);
         } else {

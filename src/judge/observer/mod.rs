@@ -178,6 +178,11 @@ impl Observer {
         self.views.get(&station.number()).map_or(0, |view| view.polled)
     }
 
+    /// All requests to a station.
+    pub(super) fn asks(&self, station: Address) -> u32 {
+        self.views.get(&station.number()).map_or(0, |view| view.asks)
+    }
+
     /// When a station was asked last, FDL status included.
     pub(super) fn last_asked(&self, station: Address) -> Option<Instant> {
         self.views.get(&station.number())?.spoken_to
@@ -294,6 +299,8 @@ impl Observer {
         for octets in split(&moment.octets) {
             let shown = Moment { side, octets: octets.to_vec(), ..*moment };
             if let Some(open) = &mut self.open {
+                // What began while the master still sent it cannot have heard.
+                open.void |= moment.at < open.end;
                 let item = open.classify(octets);
                 open.sd3 |= octets.first() == Some(&SD3);
                 open.answered_at.get_or_insert(moment.at);
@@ -446,6 +453,7 @@ impl Observer {
             }
         }
         let view = self.view(station);
+        view.asks = view.asks.saturating_add(1);
         if view.gave_up {
             view.asked_since = view.asked_since.saturating_add(1);
         }

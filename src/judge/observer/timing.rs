@@ -124,7 +124,11 @@ impl Observer {
                 }
                 self.timing.ever_doubled |= doubled;
                 self.held(Row::T02);
-                self.judge_held_back(end, answered, foreign, after_double);
+                self.judge_held_back(to, end, answered, foreign, after_double);
+                let until = self.timing.stations_until.unwrap_or(at);
+                if !self.held_back && !doubled && !foreign {
+                    self.view(to).pause = at.saturating_since(until);
+                }
             }
             return;
         }
@@ -229,6 +233,7 @@ impl Observer {
     /// A reply was held back, and the master has waited for it.
     fn judge_held_back(
         &mut self,
+        to: Address,
         end: Instant,
         answered: Option<Instant>,
         foreign: bool,
@@ -237,12 +242,26 @@ impl Observer {
         let (Some(slot), Some(answered)) = (self.setup.slot, answered) else {
             return;
         };
+        // Who took something else for the reply would have gone on by now, if it pauses no longer than usual.
+        let pause = self.view(to).pause;
+        let until = self.timing.stations_until.unwrap_or(answered);
+        let row = if foreign { Row::E10 } else { Row::E06 };
+        let is_shown = until.saturating_since(if foreign { answered } else { end }) > pause * 2;
+        if (foreign || after_double) && !is_shown {
+            let reason = format!(
+                "the master pauses for {} us behind the reply of station {to}, in which the reply that is held back comes",
+                pause.as_micros()
+            );
+            self.findings.default_missed(row, &reason);
+        }
         if foreign {
-            self.held(Row::E10);
+            if is_shown {
+                self.held(Row::E10);
+            }
         } else if answered.saturating_since(end) * 100 >= slot * 40 {
             self.held(Row::T02);
             self.held(Row::T03);
-            if after_double {
+            if after_double && is_shown {
                 self.held(Row::E06);
             }
         }

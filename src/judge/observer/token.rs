@@ -1,5 +1,6 @@
 //! Rows K: the token, and the search for stations in the GAP.
 
+use core::time::Duration;
 use std::collections::BTreeSet;
 
 use super::cycle::{Cycle, Item};
@@ -9,6 +10,7 @@ use crate::judge::moment::Side;
 use crate::judge::rows::Row;
 use crate::profibus::fdl::telegram::{Decoded, decode};
 use crate::profibus::fdl::{Address, Function, StationType, Telegram};
+use crate::time::Instant;
 
 /// What is known of the ring.
 #[derive(Debug, Default)]
@@ -16,6 +18,7 @@ pub(super) struct Ring {
     tokens: u32,
     /// Requests to slaves since the last token.
     requests: u32,
+    passed: Option<Instant>,
     /// Stations that said they are masters that are ready.
     ready: BTreeSet<u8>,
     /// GAP polls since the last token.
@@ -38,8 +41,9 @@ pub(super) struct Ring {
 
 /// GAP polls kept.
 const KEPT: usize = 1024;
-/// Requests in a rotation at most: 126 slaves, each with start-up and retries, are fewer.
-const LONGEST_ROTATION: u32 = 5000;
+/// Requests to each station in a rotation at most: a start-up with retries has fewer. And for so long.
+const LONGEST_ROTATION: u32 = 100;
+const ROTATION_TIME: Duration = Duration::from_secs(3);
 /// So many tokens must bring a GAP poll: the GAP factor is at most 100.
 const MANY_TOKENS: u32 = 500;
 /// The highest address of a master.
@@ -65,6 +69,7 @@ impl Observer {
         self.ring.tokens = self.ring.tokens.saturating_add(1);
         self.ring.polls = 0;
         self.ring.requests = 0;
+        self.ring.passed = self.last_heard;
         // A recording may begin when the ring runs already: only a slave is none of it.
         let runs = self.sight == Sight::Recorded && !self.is_slave(da);
         if da == sa || runs || self.ring.ready.contains(&da.number()) {
@@ -84,8 +89,11 @@ impl Observer {
             return;
         }
         self.ring.requests += 1;
-        if self.ring.requests == LONGEST_ROTATION {
-            let reason = format!("{LONGEST_ROTATION} requests to slaves since the last token");
+        let stations = u32::try_from(self.setup.stations.len()).unwrap_or(u32::MAX).saturating_add(1);
+        let long = self.ring.passed.is_some_and(|passed| self.is_long_ago(passed, ROTATION_TIME));
+        if self.ring.requests > LONGEST_ROTATION.saturating_mul(stations) && long {
+            let reason = format!("{} requests to slaves since the last token", self.ring.requests);
+            self.ring.requests = 0;
             self.broken(Row::K01, Weight::Once, serial.saturating_sub(4), None, reason);
         }
     }

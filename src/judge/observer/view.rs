@@ -60,6 +60,10 @@ pub(super) struct View {
     pub(super) spoken_to: Option<Instant>,
     /// When it was last asked by SRD.
     pub(super) asked: Option<Instant>,
+    /// All SRD requests.
+    pub(super) asks: u32,
+    /// How long the master is silent behind a good reply, before its next telegram.
+    pub(super) pause: Duration,
     /// How long that request was, in octets.
     pub(super) asked_len: usize,
     /// The last Data_Exchange request, if nothing else was asked since.

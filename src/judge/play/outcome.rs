@@ -65,6 +65,8 @@ const UNSEEN: &[(Row, &str)] = &[
 /// Exchanges at least to say something of random errors, and how many of a hundred must be good.
 const RANDOM_CYCLES: u32 = 200;
 const RANDOM_SHARE: u32 = 90;
+/// A station that is not asked for so long is forgotten.
+const FORGOTTEN: Duration = Duration::from_secs(8);
 /// A lost station must be asked in this time.
 const ASK_LIMIT: Duration = Duration::from_secs(3);
 
@@ -104,7 +106,7 @@ impl Judge {
                 // Every slave answers here: the cycle is hardly longer than it was.
                 let usual = (row == Row::I05 && !self.cycle().is_zero()).then(|| self.cycle());
                 let lasts = played.steps.first().map_or(Duration::ZERO, |step| self.time(step));
-                let share = usual.map_or(0, |usual| lasts.as_micros() / usual.as_micros().max(1) / 4);
+                let share = usual.map_or(0, |usual| lasts.as_micros() / usual.as_micros().max(1) / 2);
                 let least = least.max(u32::try_from(share).unwrap_or(u32::MAX));
                 if exchanges >= least {
                     self.observer.findings.held(row);
@@ -153,7 +155,8 @@ impl Judge {
         if scenario.course().is_some() {
             return;
         }
-        let acted = scenario.steps.iter().any(|step| step.act.is_some() || step.ask.is_some());
+        // Where faults are to act the master must have given them an occasion.
+        let acted = scenario.steps.iter().all(|step| step.faults.is_empty());
         if self.injected == 0 && !acted {
             for row in &scenario.rows {
                 if !self.observer.findings.is_judged(*row) {
@@ -177,10 +180,10 @@ impl Judge {
         if scenario.rows.contains(&Row::L09) {
             let others = self.others(station);
             let is_late = scenario.subject(&self.observer.setup).is_some_and(|late| late.address == station);
-            let works = is_late
-                && !others.is_empty()
-                && others.iter().all(|other| self.observer.streak(*other) >= BASELINE);
-            if !works {
+            let works = is_late && others.iter().all(|other| self.observer.streak(*other) >= BASELINE);
+            let asked = self.observer.last_asked(station);
+            let forgotten = asked.is_some_and(|asked| self.observer.is_long_ago(asked, FORGOTTEN));
+            if !works || (others.is_empty() && !forgotten) {
                 return;
             }
         }

@@ -3,6 +3,7 @@
 use core::time::Duration;
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::patience::SLOW_LIMIT;
 use super::{BASELINE, Judge, Progress};
 use crate::judge::rows::Row;
 use crate::judge::scenario::{Scenario, Step};
@@ -66,7 +67,14 @@ impl Judge {
     /// How long the judgement may take.
     pub(super) fn limit(&self) -> Duration {
         let own = if self.wanted.len() == 1 { ONE_ROW } else { TOTAL };
-        self.limit.unwrap_or_else(|| own + self.cycle() * MORE_CYCLES + self.soak_time())
+        let slow = if self.reached.is_none() { SLOW_LIMIT } else { Duration::ZERO };
+        self.limit.unwrap_or_else(|| own + slow + self.cycle() * MORE_CYCLES + self.soak_time())
+    }
+
+    /// How long it may still take.
+    pub(super) fn time_left(&self, now: Instant) -> Duration {
+        let begun = self.started.or(self.begun).unwrap_or(now);
+        self.limit().saturating_sub(now.saturating_since(begun))
     }
 
     /// How long a step lasts with this master.
@@ -75,7 +83,7 @@ impl Judge {
     }
 
     /// How long a scenario takes, about.
-    fn time_of(&self, scenario: &Scenario) -> Duration {
+    pub(super) fn time_of(&self, scenario: &Scenario) -> Duration {
         let steps = scenario.steps.iter().filter(|step| !step.until_injected);
         steps.map(|step| self.time(step)).sum::<Duration>() + LEAST_RETURN.max(self.cycle() * RETURN)
     }
@@ -97,9 +105,10 @@ impl Judge {
     pub(super) fn tell(&mut self, scenario: usize) {
         self.end_record();
         self.record.playing = self.record.now.map(|now| (scenario, now));
-        let repeated = self.soak.as_ref().map_or(0, |soak| soak.repeated);
+        let repeated = self.again.count + self.soak.as_ref().map_or(0, |soak| soak.repeated);
         // What is repeated comes behind all of them.
-        let rest = self.scenarios.iter().skip(if repeated == 0 { scenario } else { self.scenarios.len() });
+        let rest = if repeated == 0 { self.scenarios.len() } else { 1 };
+        let rest = self.scenarios.iter().skip(scenario).take(rest);
         let soak = self.soak.as_ref().map_or(Duration::ZERO, |soak| soak.left(self.record.now));
         let left = rest.map(|scenario| self.time_of(scenario)).sum::<Duration>() + soak;
         let name = self.scenarios.get(scenario).map(|played| played.name.clone());

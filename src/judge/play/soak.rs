@@ -6,8 +6,6 @@ use super::{Judge, Phase};
 use crate::chance::Random;
 use crate::host::Bus;
 use crate::host::link::fault::Faults;
-use crate::judge::rows::Row;
-use crate::judge::scenario::Scenario;
 use crate::time::Instant;
 
 /// How long scenarios are repeated, and which comes next.
@@ -54,7 +52,7 @@ impl Judge {
 
     /// Everything was tried: the next scenario of the soak, or nothing is disturbed if there is none. `false`: it is over.
     pub(super) fn soak_on(&mut self, now: Instant, bus: &mut Bus, faults: &mut Faults) -> bool {
-        let scenarios = self.scenarios.iter().enumerate().filter(|(_, scenario)| is_repeated(scenario));
+        let scenarios = self.scenarios.iter().enumerate().filter(|(_, scenario)| scenario.is_repeatable());
         let again: Vec<usize> = scenarios.map(|(number, _)| number).collect();
         let Some(soak) = &mut self.soak else { return false };
         let until = *soak.until.get_or_insert(now + soak.lasts);
@@ -82,10 +80,4 @@ impl Judge {
         let Some(soak) = &self.soak else { return Vec::new() };
         vec![("soak", format!("{}s", soak.lasts.as_secs())), ("seed", soak.seed.to_string())]
     }
-}
-
-/// A station joins late only once, and what the master is asked for has its order.
-fn is_repeated(scenario: &Scenario) -> bool {
-    !scenario.rows.contains(&Row::L09)
-        && scenario.steps.iter().all(|step| step.ask.is_none() && step.second.is_none())
 }

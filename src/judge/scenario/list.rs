@@ -27,32 +27,46 @@ const READ: u32 = 30;
 const GONE: u32 = 15;
 /// Cycles until a start-up that a diagnosis asks for has begun, and is over.
 const RESTARTED: u32 = 40;
+/// A station that joins late was asked so often before.
+const ASKED: u32 = 60;
+/// A station is not ready for so many cycles.
+const NOT_READY: u32 = 12;
 /// Cycles at least with random errors.
 const RANDOM: u32 = 240;
 
 /// Every scenario that the rows need.
 pub fn built_in(setup: &Setup) -> Vec<Scenario> {
-    let mut list = vec![joins_late()];
-    list.extend(start_ups().into_iter().take(1));
+    let mut list = vec![joins_late(setup)];
+    list.extend(start_ups(setup).into_iter().take(1));
     list.extend(lost_replies());
     list.extend(bad_replies(setup));
     list.extend(waiting());
     list.extend(diagnoses());
     list.extend(losses(setup));
-    list.extend(start_ups().into_iter().skip(1));
+    list.extend(start_ups(setup).into_iter().skip(1));
     list.extend(persistent_replies(setup));
     list.extend(negative_replies());
     list.push(random_errors());
     list
 }
 
+/// So many cycles, of which nothing is known but that each waits a slot time for every absent station and for one more.
+fn millis_of(setup: &Setup, cycles: u32, limits: core::ops::RangeInclusive<u64>) -> u64 {
+    let absent = setup.stations.iter().filter(|slave| slave.absent).count();
+    let slot = super::SLOT.min(setup.slot.unwrap_or(Duration::ZERO));
+    let cycle = slot * u32::try_from(absent + 1).unwrap_or(1);
+    let millis = u64::try_from((cycle * cycles).as_millis()).unwrap_or(u64::MAX);
+    millis.clamp(*limits.start(), *limits.end())
+}
+
 /// A station that is switched on when the master runs already.
-fn joins_late() -> Scenario {
+fn joins_late(setup: &Setup) -> Scenario {
+    let millis = millis_of(setup, ASKED, 5000..=15_000);
     Scenario {
         station: Which::Last,
-        steps: vec![step(None, &["drop-request,station=S"], 5000)],
+        steps: vec![step(None, &["drop-request,station=S"], millis)],
         returns: vec![Row::L09, Row::B04],
-        ..Scenario::one("the last station is switched on five seconds late", &[Row::L09, Row::B04], &[])
+        ..Scenario::one("the last station is switched on late", &[Row::L09, Row::B04], &[])
     }
 }
 
@@ -209,6 +223,7 @@ fn diagnoses() -> Vec<Scenario> {
     });
     list.push(Scenario {
         others: Some((Row::D14, 3)),
+        needs: vec![Need::Other],
         steps: vec![cycles(None, &["diag-storm,station=S"], 60, 1000)],
         ..Scenario::one("a diagnosis announced in every reply", &[Row::D14], &[])
     });
@@ -238,7 +253,9 @@ fn losses(setup: &Setup) -> Vec<Scenario> {
                 &[
                     Row::C06,
                     Row::C07,
+                    Row::C08,
                     Row::C10,
+                    Row::C11,
                     Row::L01,
                     Row::L02,
                     Row::L04,
@@ -256,7 +273,11 @@ fn losses(setup: &Setup) -> Vec<Scenario> {
         Scenario {
             steps: vec![lost(300)],
             returns: vec![Row::L07],
-            ..Scenario::one("a station is silent for a short time and keeps its state", &[Row::L07], &[])
+            ..Scenario::one(
+                "a station is silent for a short time and keeps its state",
+                &[Row::L07, Row::C08, Row::C10, Row::C11, Row::L04, Row::T04],
+                &[],
+            )
         },
         Scenario {
             steps: vec![lost(500), cycles(Some(Act::Take), &[], 40, 1200), step(Some(Act::Release), &[], 50)],
@@ -272,7 +293,7 @@ fn losses(setup: &Setup) -> Vec<Scenario> {
 }
 
 /// What may go wrong in a start-up. Each begins with a slave that has lost its parameters.
-fn start_ups() -> Vec<Scenario> {
+fn start_ups(setup: &Setup) -> Vec<Scenario> {
     let lose = "lose-prm,count=1,station=S";
     let once = |name: &str, rows: &[Row], faults: &[&str]| {
         let faults: Vec<&str> = core::iter::once(lose).chain(faults.iter().copied()).collect();
@@ -288,6 +309,7 @@ fn start_ups() -> Vec<Scenario> {
         scenario
     };
     let diag = "station=S,service=Slave_Diag,state=DATA-EXCH";
+    let not_ready = millis_of(setup, NOT_READY, 1500..=6000);
     let mut list = vec![
         once("a slave loses its parameters", &[Row::L03, Row::E07], &[]),
         Scenario {
@@ -295,8 +317,8 @@ fn start_ups() -> Vec<Scenario> {
             ..lasting(
                 "a slave is not ready for a while",
                 &[Row::U05, Row::U06, Row::I05],
-                &["not-ready=1500ms,count=1,station=S"],
-                1700,
+                &[&format!("not-ready={not_ready}ms,count=1,station=S")],
+                not_ready + 200,
             )
         },
         once("Stat_Diag for six diagnoses", &[Row::D03], &[&format!("diag=000E,count=6,{diag}")]),

@@ -233,7 +233,7 @@ fn a_soak_repeats_scenarios_and_reports_figures() {
     let (child, _, stdout) = start(&[STATIONS, &["--link", &link], &soak].concat());
     let _master = Running::on_terminal(&bus, None);
     let log = passed(stdout, child, &["M-C03", "M-E01"]);
-    assert!(log.contains("soak, about "), "{log}");
+    assert!(log.contains("again, about "), "{log}");
     let report: serde_json::Value = serde_json::from_str(&fs::read_to_string(&json).unwrap()).unwrap();
     let figures = &report["figures"];
     assert!(figures["cycles"].as_u64() > Some(10) && figures["retries"].as_u64() > Some(2), "{figures}");

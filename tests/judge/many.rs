@@ -1,0 +1,94 @@
+//! 32 stations, and as many as there are addresses beside that of the master and 126: the same rows are judged as with
+//! five, in a time that is not that of as many judgements.
+
+use core::time::Duration;
+
+use profidrive::bench::Line;
+use profidrive::judge::{Ending, Report, Row, Setup, Verdict, simulated};
+use profidrive::profibus::fdl::Address;
+
+use crate::configured::{LONGEST, setup};
+use crate::test_master::mistakes::Mistake;
+use crate::test_master::{BAUD, Settings, TestMaster};
+use crate::virtual_time::{broken, in_threads, is_long, names, rows};
+
+fn judged(stations: &[u8], mistake: Option<Mistake>, wanted: &[Row]) -> Report {
+    let slot = Duration::from_micros(600);
+    let mut settings = Settings { token: true, ..Settings::new(stations, slot) };
+    // One of each kind, none of them the first: scenarios have to find theirs.
+    let kinds: [&[u8]; 4] = [&[0x23, 0x17], &[0x23], &[0x13], &LONGEST];
+    for (station, cfg) in settings.stations.iter_mut().skip(1).zip(kinds) {
+        station.cfg = cfg.to_vec();
+    }
+    let setup = Setup { hsa: Address::station(settings.hsa).ok(), ..setup(&settings, &[]) };
+    let mut line = Line::with(BAUD, TestMaster::new(settings, mistake));
+    line.set_slot_time(slot);
+    simulated(&mut line, setup, wanted)
+}
+
+fn five() -> Vec<u8> {
+    (10..15).collect()
+}
+
+fn many() -> Vec<u8> {
+    (10..42).collect()
+}
+
+fn all() -> Vec<u8> {
+    (0..=125).filter(|number| *number != 2).collect()
+}
+
+/// Of 125 stations some groups, every row with `PROFIDRIVE_LONG`.
+#[test]
+fn every_row_is_judged_of_32_and_of_125_stations() {
+    let some = if is_long() { Row::ALL.to_vec() } else { rows(&["M-C*", "M-X*", "M-I*", "M-T*"]) };
+    let lists = [(five(), Row::ALL), (many(), Row::ALL), (all(), &some)];
+    let reports = std::sync::Mutex::new(Vec::new());
+    in_threads(&lists, |(stations, wanted)| {
+        let report = judged(stations, None, wanted);
+        reports.lock().unwrap().push((stations.len(), report));
+        None
+    });
+    let mut reports = reports.into_inner().unwrap();
+    reports.sort_by_key(|(stations, _)| *stations);
+    let expected = names(&reports[0].1, Verdict::NotJudged);
+    for (stations, report) in &reports {
+        assert_eq!((&report.ending, broken(report)), (&Ending::Done, Vec::new()), "{stations}: {report}");
+        // M-I06 is about 32 and more. Where every address has a station, none is left for the GAP.
+        let missed = names(report, Verdict::NotJudged);
+        let gap = |row: &&str| *stations == 125 && ["M-K03", "M-K04", "M-K06"].contains(row);
+        let more: Vec<_> = missed.iter().filter(|row| !expected.contains(row) && !gap(row)).collect();
+        assert!(more.is_empty(), "{stations} stations: {more:?}: {report}");
+        assert_eq!(missed.contains(&"M-I06"), *stations < 32, "{stations} stations: {report}");
+        // The cycle of 125 stations is about 0.1 s.
+        assert!(report.took < Duration::from_secs(300), "{:?}", report.took);
+    }
+}
+
+/// A mistake of each group.
+#[test]
+fn mistakes_are_found_among_32_stations() {
+    let found = [
+        (Mistake::RetryToggles, "M-C03"),
+        (Mistake::CommonBit, "M-C08"),
+        (Mistake::BelievesFcs, "M-E01"),
+        (Mistake::NoSecondDiag, "M-U04"),
+        (Mistake::IgnoresPrmReq, "M-D02"),
+        (Mistake::RestartsAll, "M-L04"),
+        (Mistake::SkipsCycles, "M-X03"),
+        (Mistake::Unequal, "M-I04"),
+        (Mistake::StopsOthers, "M-I02"),
+        (Mistake::NoStartUp, "M-L02"),
+        (Mistake::AnnouncesOnce, "M-O01"),
+        (Mistake::Pauses, "M-T08"),
+        (Mistake::NeverPasses, "M-K01"),
+        (Mistake::RejectsSc, "M-X06"),
+        (Mistake::RejectsLong, "M-X08"),
+        (Mistake::DiesOnManyErrors, "M-E17"),
+    ];
+    let wrong = in_threads(&found, |(mistake, row)| {
+        let report = judged(&many(), Some(*mistake), &rows(&[row]));
+        (!broken(&report).contains(row)).then(|| format!("{mistake:?}: {report}"))
+    });
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
