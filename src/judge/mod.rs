@@ -23,6 +23,7 @@
 //! | `play` | [`Judge`]: the run, sans-I/O |
 //! | `live` | [`live()`]: on a link of the operating system |
 //! | `simulated` | [`simulated()`]: over any [`bench::Master`](crate::bench::Master), in virtual time |
+//! | `rates` | [`at_rates()`]: the same at several rates |
 //! | `recorded` | [`Recording`]: telegrams of a capture |
 //! | `report` | [`Report`]: a table for a terminal, JSON, JUnit, a page with diagrams |
 //!
@@ -36,6 +37,7 @@ mod live;
 mod moment;
 mod observer;
 mod play;
+mod rates;
 mod recorded;
 mod report;
 pub mod rows;
@@ -50,6 +52,7 @@ pub use findings::{Judgement, Verdict};
 pub use live::{Operator, live};
 pub use moment::{Moment, Side, Telegram};
 pub use play::{Ending, Judge, Progress};
+pub use rates::at_rates;
 pub use recorded::Recording;
 pub use report::{Outcome, Report};
 pub use rows::Row;

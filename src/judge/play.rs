@@ -299,9 +299,10 @@ impl Judge {
         let mut configuration = self.observer.setup.words();
         configuration.extend(self.soak_words());
         let figures = self.observer.figures.clone();
+        let watchdogs = self.observer.watchdogs();
         self.end_record();
         let took = self.record.took(origin);
-        Report { configuration, took, figures, ..Report::new(self.judgements(), ending, origin) }
+        Report { configuration, took, figures, watchdogs, ..Report::new(self.judgements(), ending, origin) }
     }
 
     fn judgements(mut self) -> Vec<Judgement> {

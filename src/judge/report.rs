@@ -18,6 +18,7 @@ use super::findings::{Judgement, Verdict};
 use super::moment::Telegram;
 use super::play::Ending;
 use super::rows::Row;
+use crate::profibus::fdl::Address;
 use crate::time::Instant;
 
 mod diagram;
@@ -53,6 +54,8 @@ pub struct Report {
     pub took: Duration,
     /// The traffic in figures.
     pub figures: Figures,
+    /// The watchdog time that the master has set in each station.
+    pub watchdogs: Vec<(Address, Duration)>,
 }
 
 impl Report {
@@ -66,6 +69,7 @@ impl Report {
             origin,
             took: Duration::ZERO,
             figures: Figures::default(),
+            watchdogs: Vec::new(),
         }
     }
 

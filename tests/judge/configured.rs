@@ -104,6 +104,7 @@ fn in_ring(mistake: Mistake) -> bool {
             | Mistake::StatusAsSlave
             | Mistake::IgnoresReady
             | Mistake::TalksWithoutToken
+            | Mistake::TakesForeignToken
             | Mistake::PassesOnce
             | Mistake::PassesForEver
             | Mistake::TakesFromStranger

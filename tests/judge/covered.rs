@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use profidrive::judge::{Row, Verdict};
 
 use crate::operated::ASKED;
+use crate::rates::AT_RATES;
 use crate::test_master::mistakes::{MISTAKES, Mistake};
 use crate::virtual_time::judged;
 
@@ -40,6 +41,7 @@ fn every_row_has_a_mistake_or_a_reason() {
     let mut found: BTreeSet<&str> = MISTAKES.iter().filter_map(|(_, rows)| rows.first()).copied().collect();
     found.extend(ASKED.iter().filter_map(|(_, rows)| rows.first()).map(|row| row.id()));
     found.extend(BESIDE.iter().map(|(row, _)| row.id()).chain(BESIDE_ASKED.iter().map(|row| row.id())));
+    found.extend(AT_RATES.iter().map(|(_, row)| row.id()));
     for row in Row::ALL {
         let (seen, excused) = (found.contains(row.id()), unseen.contains(row.id()));
         assert!(seen || excused, "{} has neither a planted mistake nor a reason in docs/judge.md", row.id());

@@ -22,6 +22,7 @@ mod many;
 mod operated;
 #[cfg(feature = "master")]
 mod profirust;
+mod rates;
 mod recordings;
 mod reports;
 mod ring;

@@ -143,6 +143,12 @@ impl Observer {
         }
     }
 
+    /// The watchdog time that the master has set in each station.
+    pub(super) fn watchdogs(&self) -> Vec<(Address, Duration)> {
+        let set = |(number, view): (&u8, &View)| Some((Address::from_octet(*number), view.watchdog?));
+        self.views.iter().filter_map(set).collect()
+    }
+
     /// When the master was heard last.
     pub(super) const fn last_heard(&self) -> Option<Instant> {
         self.last_heard

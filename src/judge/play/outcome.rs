@@ -56,9 +56,9 @@ const UNSEEN: &[(Row, &str)] = &[
     (Row::I06, "needs 32 stations that are present"),
     (Row::I07, "needs half of the stations absent"),
     (Row::R10, "needs a ring that runs already when the master is switched on"),
-    (Row::B01, "a judgement is at one rate: judge again at each rate that the master claims"),
-    (Row::B02, "a judgement is at one rate: judge in virtual time at each rate that the master claims"),
-    (Row::B03, "a judgement is at one rate: compare M-P03 of judgements at two rates"),
+    (Row::B01, "a judgement is at one rate: `judge::at_rates` judges at each rate that the master claims"),
+    (Row::B02, "a judgement is at one rate: `judge::at_rates` judges at each rate that the master claims"),
+    (Row::B03, "a judgement is at one rate: `judge::at_rates` compares the watchdog times"),
     (Row::Z05, "needs a person who switches the master off while it sends"),
     (Row::Z06, "needs --ask with the action restart"),
 ];

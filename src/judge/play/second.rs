@@ -104,6 +104,9 @@ impl Judge {
         };
         // A master that is silent for longer counts as gone.
         let is_soon = line.time_out() * 3 < SILENCE * 2;
+        if stranger == own && matches!(course, Course::Third | Course::Strange) {
+            return Err("needs two free addresses");
+        }
         if is_soon || course != Course::LeavesWithToken {
             Ok(line)
         } else {

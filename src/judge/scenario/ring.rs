@@ -29,6 +29,12 @@ pub(in crate::judge) fn ring(exact: bool) -> Vec<Scenario> {
             Course::Works,
             &[],
         ),
+        one(
+            "a second and a third master pass the token to each other",
+            &[Row::R03, Row::R04],
+            Course::Third,
+            &[],
+        ),
         one("a second master listens only", &[Row::R02], Course::Listens, &[]),
         one("a second master leaves with the token", &[Row::R07], Course::LeavesWithToken, &[Need::Slot]),
     ];

@@ -7,6 +7,8 @@ use crate::judge::rows::Row;
 pub enum Course {
     /// It works in the ring: it asks for FDL status, reads a slave of the other master, and then takes no token any more.
     Works,
+    /// It passes the token on to a third master, which passes it back; then it takes none any more.
+    Third,
     /// It leaves the ring while it has the token.
     LeavesWithToken,
     /// It answers FDL status with 'not ready', and only listens.
@@ -28,6 +30,8 @@ pub enum Duty {
     ReadDiagnosis,
     /// Reads the inputs of a slave, and passes the token.
     ReadInputs,
+    /// Passes the token on to a third master, which asks the FDL status of the master under test and passes the token back.
+    PassOn,
     /// Asks until twice the target rotation time is over, and passes the token.
     Hold,
     /// Passes the token in the name of a station that is not in the ring.
@@ -60,6 +64,7 @@ impl Course {
                 Duty::AskMaster,
                 Duty::Ignore,
             ],
+            Self::Third => &[Duty::AskMaster, Duty::PassOn, Duty::PassOn, Duty::PassOn, Duty::Ignore],
             Self::LeavesWithToken => &[Duty::AskMaster, Duty::Keep],
             Self::Listens => &[],
             Self::Strange => &[Duty::AskMaster, Duty::PassAsStranger, Duty::AskMaster, Duty::Ignore],
@@ -74,6 +79,7 @@ impl Course {
     pub(in crate::judge) const fn row(self) -> Row {
         match self {
             Self::Works => Row::R04,
+            Self::Third => Row::R03,
             Self::LeavesWithToken => Row::R07,
             Self::Listens => Row::R02,
             Self::Strange => Row::R05,

@@ -120,9 +120,12 @@ impl Second {
         };
         let rows: &[Row] = match self.course {
             Course::Works => &[Row::R01, Row::R02, Row::R03, Row::R04, Row::R09],
-            Course::LeavesWithToken | Course::Listens | Course::Strange | Course::Slow | Course::Double => {
-                &[row]
-            }
+            Course::Third
+            | Course::LeavesWithToken
+            | Course::Listens
+            | Course::Strange
+            | Course::Slow
+            | Course::Double => &[row],
         };
         self.evidence.extend(rows.iter().map(|row| match reason {
             Some(reason) => Evidence::Missed(*row, reason.into()),
@@ -271,11 +274,13 @@ impl Second {
         let reason = "a telegram of the master while another master has the token";
         let weight = if self.line.exact { Weight::Once } else { Weight::Times(2) };
         self.broken(Row::R03, weight, reason);
+        // What follows until the next token says nothing more.
+        self.shaky = true;
     }
 
     fn master_answers(&mut self, now: Instant, kind: StationType, data: &DataTelegram<'_>) {
         let asked = matches!(self.state, State::Asking { whom, .. } if whom == self.line.master);
-        if !asked || data.da != self.line.own {
+        if !asked || (data.da != self.line.own && data.da != self.line.stranger) {
             return;
         }
         self.unanswered = 0;
@@ -292,7 +297,10 @@ impl Second {
     }
 
     fn judge_stranger(&mut self, attempt: u32) {
-        if attempt > 1 {
+        if self.course == Course::Third {
+            // From the second time on it is known.
+            self.held(Row::R03);
+        } else if attempt > 1 {
             self.held(Row::R05);
         } else {
             let reason =

@@ -29,7 +29,7 @@ pub(in crate::judge) struct Surroundings {
     pub(in crate::judge) master: Address,
     /// The slave it reads.
     pub(in crate::judge) slave: Address,
-    /// A station that is not in the ring.
+    /// A station that is not in the ring, or the third master.
     pub(in crate::judge) stranger: Address,
     /// T_SL.
     pub(in crate::judge) slot: Duration,
@@ -133,6 +133,8 @@ enum Work {
     HoldUntil(Instant),
     SendAsMaster,
     Pass,
+    PassToThird,
+    AskAsThird,
     PassAsStranger,
     PassAsDouble,
     Keep,
@@ -285,6 +287,9 @@ impl Second {
                 let lasts = self.line.ttr.unwrap_or_default() * 2;
                 [Work::HoldUntil(now + lasts), Work::Pass].into()
             }
+            Duty::PassOn => {
+                [Work::AskMaster, Work::PassToThird, Work::AskAsThird, Work::PassAsStranger].into()
+            }
             Duty::PassAsStranger => [Work::AskMaster, Work::PassAsStranger].into(),
             Duty::SendAsMaster => {
                 [Work::AskMaster, Work::SendAsMaster, Work::SendAsMaster, Work::PassAsDouble].into()
@@ -334,6 +339,11 @@ impl Second {
             Work::HoldUntil(_) => {
                 self.late_cycles = Some(0);
                 return self.go_on(now);
+            }
+            Work::PassToThird => telegrams::token(stranger, own),
+            Work::AskAsThird => {
+                self.state = State::Asking { whom: master, until };
+                telegrams::status_request(master, stranger)
             }
             Work::SendAsMaster => telegrams::token(own, master),
             Work::Pass => {

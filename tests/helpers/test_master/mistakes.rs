@@ -295,6 +295,13 @@ mistakes! {
     DoesNotRestart []
     /// After a new beginning it waits until the old watchdog time of its slaves is over, which it sets again itself.
     WaitsForWatchdog []
+    // These are seen only at two rates: tests/judge/rates.rs names their rows.
+    /// It sends no Global_Control at 12 Mbit/s.
+    NoControlAtTop []
+    /// The idle time is that of 12 Mbit/s.
+    IdleOfTop []
+    /// The watchdog time is another one at 12 Mbit/s.
+    WatchdogOfTop []
     /// It ends when a reply does not come.
     DiesOnSilence ["M-C03"]
     /// It ends when a reply has a wrong sum.
@@ -316,6 +323,8 @@ mistakes! {
     IgnoresReady ["M-R02"]
     /// It sends while another master has the token.
     TalksWithoutToken ["M-R03"]
+    /// A token for another master is taken.
+    TakesForeignToken ["M-R03"]
     /// A token that was not taken is not passed again.
     PassesOnce ["M-R04"]
     /// A token that is not taken is passed without end.

@@ -197,7 +197,15 @@ impl TestMaster {
         self.mistake == Some(mistake)
     }
 
+    /// Whether it makes this mistake, at 12 Mbit/s only.
+    fn does_at_top(&self, mistake: Mistake) -> bool {
+        self.does(mistake) && self.settings.baud == BaudRate::K12000
+    }
+
     fn syn(&self) -> Duration {
+        if self.does(Mistake::IdleOfTop) {
+            return BaudRate::K12000.bit_times(SYN_BITS);
+        }
         self.settings.baud.bit_times(SYN_BITS)
     }
 
@@ -248,6 +256,7 @@ impl TestMaster {
         }
         if let Some((control, groups)) = self.controls.pop_front()
             && !self.does(Mistake::NoControl)
+            && !self.does_at_top(Mistake::NoControlAtTop)
         {
             self.ring.used += 1;
             self.next = now

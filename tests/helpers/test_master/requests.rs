@@ -184,6 +184,7 @@ impl TestMaster {
             Some(Mistake::WatchdogOff) => (status, factors) = (0x80, [0, 0]),
             Some(Mistake::Unlocks) => status |= 0x40,
             Some(Mistake::ChangesPrm) if self.slaves[turn].start_ups > 1 => user[0] ^= 1,
+            Some(Mistake::WatchdogOfTop) if self.does_at_top(Mistake::WatchdogOfTop) => factors = [units, 2],
             Some(Mistake::ShortWatchdog) => factors = [units / 2, 1],
             _ => {}
         }

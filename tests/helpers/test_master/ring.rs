@@ -304,7 +304,7 @@ impl TestMaster {
             self.ring.active.insert(sa);
             return;
         }
-        if da != own {
+        if da != own && !self.does(Mistake::TakesForeignToken) {
             self.ring.active.insert(sa);
             return;
         }
