@@ -24,7 +24,7 @@ use super::moment::Moment;
 use super::observer::{Observer, Sight};
 use super::report::Report;
 use super::rows::Row;
-use super::scenario::{Check, Course, Scenario, asking, built_in, ring};
+use super::scenario::{Check, Course, Scenario, asking, built_in, joining, ring};
 use super::second::Second;
 use super::setup::Setup;
 use super::station::{Act, act, connect};
@@ -173,6 +173,8 @@ impl Judge {
     #[must_use]
     pub fn operated(mut self) -> Self {
         let mut scenarios = asking(&self.observer.setup);
+        // The ring begins before the master may claim the token.
+        scenarios.extend(matches!(self.observer.sight(), Sight::Exact(_)).then(joining));
         scenarios.retain(|scenario| scenario.rows.iter().any(|row| self.wanted.contains(row)));
         self.scenarios.extend(playable(scenarios, &mut self.observer));
         self.operated = true;

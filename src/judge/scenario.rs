@@ -22,7 +22,7 @@ mod ring;
 
 pub use super::second::{Course, Duty};
 pub use list::{asking, built_in};
-pub(super) use ring::ring;
+pub(super) use ring::{joining, ring};
 
 /// Something the stations do on purpose.
 #[derive(Clone, Debug, PartialEq)]

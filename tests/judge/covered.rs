@@ -6,6 +6,7 @@ use profidrive::judge::{Row, Verdict};
 
 use crate::operated::ASKED;
 use crate::rates::AT_RATES;
+use crate::ring::AT_RESTART;
 use crate::test_master::mistakes::{MISTAKES, Mistake};
 use crate::virtual_time::judged;
 
@@ -41,6 +42,7 @@ fn every_row_has_a_mistake_or_a_reason() {
     let mut found: BTreeSet<&str> = MISTAKES.iter().filter_map(|(_, rows)| rows.first()).copied().collect();
     found.extend(ASKED.iter().filter_map(|(_, rows)| rows.first()).map(|row| row.id()));
     found.extend(BESIDE.iter().map(|(row, _)| row.id()).chain(BESIDE_ASKED.iter().map(|row| row.id())));
+    found.insert(AT_RESTART.1.id());
     found.extend(AT_RATES.iter().map(|(_, row)| row.id()));
     for row in Row::ALL {
         let (seen, excused) = (found.contains(row.id()), unseen.contains(row.id()));

@@ -3,10 +3,11 @@
 use core::time::Duration;
 
 use profidrive::bench::Line;
-use profidrive::judge::{Ending, Report, Row, Setup, Verdict, simulated};
+use profidrive::judge::{Ending, Report, Row, Setup, Verdict, simulated, simulated_with};
 use profidrive::profibus::fdl::Address;
 
 use crate::configured::setup;
+use crate::test_master::mistakes::Mistake;
 use crate::test_master::{BAUD, Settings, TestMaster};
 use crate::virtual_time::rows;
 
@@ -73,4 +74,24 @@ fn a_master_that_passes_no_token_has_no_second_master() {
     let report = judged(Settings { token: false, ..in_ring() }, &rows(&["M-R*"]));
     assert!(report.judgements.iter().all(|judged| judged.verdict == Verdict::NotJudged), "{report}");
     assert!(report.judgements[0].reason.contains("works alone"), "{report}");
+}
+
+/// Seen only if somebody restarts the master, and its row.
+pub(crate) const AT_RESTART: (Mistake, Row) = (Mistake::ReadyAtOnce, Row::R10);
+
+#[test]
+fn a_master_that_is_switched_on_listens_to_the_ring_first() {
+    let (mistake, row) = AT_RESTART;
+    for (mistake, expected) in [(None, Verdict::Pass), (Some(mistake), Verdict::Fail)] {
+        let settings = in_ring();
+        let setup = setup(&settings, &[9]);
+        let mut line = Line::with(BAUD, TestMaster::new(settings, mistake));
+        line.set_slot_time(SLOT);
+        let report = simulated_with(&mut line, setup, &rows(&["M-R*", "M-Z04"]), |master, action, now| {
+            master.do_action(action, now)
+        });
+        assert_eq!(verdict(&report, row), expected, "{report}");
+        assert_eq!(report.count(Verdict::Fail), usize::from(mistake.is_some()), "{report}");
+        assert_eq!(report.ending, Ending::Done, "{report}");
+    }
 }

@@ -55,7 +55,7 @@ const UNSEEN: &[(Row, &str)] = &[
     (Row::I05, "needs two stations that are present"),
     (Row::I06, "needs 32 stations that are present"),
     (Row::I07, "needs half of the stations absent"),
-    (Row::R10, "needs a ring that runs already when the master is switched on"),
+    (Row::R10, "needs --ask with the action restart, in virtual time"),
     (Row::B01, "a judgement is at one rate: `judge::at_rates` judges at each rate that the master claims"),
     (Row::B02, "a judgement is at one rate: `judge::at_rates` judges at each rate that the master claims"),
     (Row::B03, "a judgement is at one rate: `judge::at_rates` compares the watchdog times"),

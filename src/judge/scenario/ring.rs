@@ -53,3 +53,16 @@ pub(in crate::judge) fn ring(exact: bool) -> Vec<Scenario> {
     }
     list
 }
+
+/// The same for a master that is operated: it is switched off and on while a ring runs.
+pub(in crate::judge) fn joining() -> Scenario {
+    let step = Step {
+        lasts: GAP,
+        until_injected: true,
+        ask: Some("restart".into()),
+        second: Some(Course::Runs),
+        ..Step::default()
+    };
+    let name = "the master is restarted while another one has the ring";
+    Scenario { steps: vec![step], returns: vec![Row::R10], ..Scenario::one(name, &[Row::R10], &[]) }
+}

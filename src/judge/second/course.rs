@@ -19,6 +19,8 @@ pub enum Course {
     Slow,
     /// It sends in the name of the master under test.
     Double,
+    /// It has a ring by itself when the master is switched on, and lets it in.
+    Runs,
 }
 
 /// What it does with one token.
@@ -71,6 +73,7 @@ impl Course {
             Self::Slow => {
                 &[Duty::AskMaster, Duty::Hold, Duty::AskMaster, Duty::Hold, Duty::AskMaster, Duty::Ignore]
             }
+            Self::Runs => &[Duty::Ignore],
             Self::Double => &[Duty::AskMaster, Duty::SendAsMaster],
         }
     }
@@ -85,6 +88,7 @@ impl Course {
             Self::Strange => Row::R05,
             Self::Slow => Row::R08,
             Self::Double => Row::R06,
+            Self::Runs => Row::R10,
         }
     }
 }

@@ -14,6 +14,9 @@ const MOST_TOKENS: u32 = 8;
 /// So many tokens to others prove that a station that is ready gets none, and that one that is not ready gets none.
 const PASSED_OVER: u32 = 25;
 const NOT_READY_TOKENS: u32 = 4;
+/// So many rotations a master hears before it is ready, and more than so many it does not need.
+const ROTATIONS: u32 = 2;
+const MOST_ROUNDS: u32 = 40;
 
 impl Second {
     /// A telegram of the master under test that ended now.
@@ -47,6 +50,9 @@ impl Second {
 
     /// Nothing was heard until now.
     pub(in crate::judge) fn handle_timeout(&mut self, now: Instant) {
+        if matches!(self.state, State::Running { rounds: 0, until: None, .. }) && self.is_waiting() {
+            return self.begin_ring(now);
+        }
         if !self.is_waiting() || self.poll_timeout().is_none_or(|due| due > now) {
             return;
         }
@@ -81,6 +87,12 @@ impl Second {
                 self.held(Row::R06);
                 self.state = State::Over;
             }
+            State::Running { rounds, .. } if rounds >= MOST_ROUNDS => {
+                let reason = format!("the master did not say that it is ready in {rounds} rotations");
+                self.evidence.push_back(Evidence::Missed(Row::R10, reason));
+                self.state = State::Over;
+            }
+            State::Running { rounds, .. } => self.go_round(now, rounds + 1),
             State::Silent { since, until } => {
                 let reason = format!(
                     "{} ms after the last telegram nobody has claimed the token; T_TO is {} ms",
@@ -116,11 +128,13 @@ impl Second {
             | State::Strange { .. }
             | State::Doubled { .. }
             | State::Silent { .. }
+            | State::Running { .. }
             | State::Ignoring { .. } => Some("the time was over before the second master was done"),
         };
         let rows: &[Row] = match self.course {
             Course::Works => &[Row::R01, Row::R02, Row::R03, Row::R04, Row::R09],
-            Course::Third
+            Course::Runs
+            | Course::Third
             | Course::LeavesWithToken
             | Course::Listens
             | Course::Strange
@@ -177,6 +191,7 @@ impl Second {
             }
             State::Silent { since, .. } => self.judge_claim(now, since),
             // The judge was late, and the master passes it again.
+            State::Running { .. } => self.master_works(now),
             State::Working | State::Asking { .. } => self.shaky = true,
             // That it gets a token at all the observer judges (K02).
             State::Listening { .. } | State::Over => {}
@@ -201,6 +216,7 @@ impl Second {
             | State::Strange { .. }
             | State::Doubled { .. }
             | State::Silent { .. }
+            | State::Running { .. }
             | State::Ignoring { .. }
             | State::Over => self.master_works(now),
         }
@@ -232,6 +248,7 @@ impl Second {
             | State::Passing { .. }
             | State::Strange { .. }
             | State::Doubled { .. }
+            | State::Running { .. }
             | State::Silent { .. } => self.master_works(now),
             State::Ignoring { .. } | State::Over => {}
         }
@@ -243,6 +260,9 @@ impl Second {
             return self.intruded();
         }
         match self.state {
+            // What was sent before it was switched off.
+            State::Running { rounds: 0, .. } => self.begin_ring(now),
+            State::Running { .. } => self.intruded(),
             State::Working | State::Asking { .. } => self.intruded(),
             State::Passing { .. } => {
                 self.held(Row::R03);
@@ -279,6 +299,9 @@ impl Second {
     }
 
     fn master_answers(&mut self, now: Instant, kind: StationType, data: &DataTelegram<'_>) {
+        if let State::Running { rounds, .. } = self.state {
+            return self.newcomer_answers(now, kind, rounds);
+        }
         let asked = matches!(self.state, State::Asking { whom, .. } if whom == self.line.master);
         if !asked || (data.da != self.line.own && data.da != self.line.stranger) {
             return;
@@ -294,6 +317,25 @@ impl Second {
             }
         }
         self.go_on(now);
+    }
+
+    /// A master that was switched on while the ring ran.
+    fn newcomer_answers(&mut self, now: Instant, kind: StationType, rounds: u32) {
+        match kind {
+            StationType::Slave | StationType::MasterNotReady => {
+                self.state = State::Running { rounds, asks: true, until: Some(now) };
+            }
+            StationType::MasterReady | StationType::MasterInRing => {
+                if rounds >= ROTATIONS {
+                    self.held(Row::R10);
+                } else {
+                    let reason =
+                        format!("the master says that it is ready after {rounds} rotations of the token");
+                    self.broken(Row::R10, Weight::Once, &reason);
+                }
+                self.let_in(now);
+            }
+        }
     }
 
     fn judge_stranger(&mut self, attempt: u32) {

@@ -120,6 +120,12 @@ pub(super) enum State {
         tokens: u32,
         until: Instant,
     },
+    /// It passes the token to itself, so often by now, and asks the master between.
+    Running {
+        rounds: u32,
+        asks: bool,
+        until: Option<Instant>,
+    },
     Over,
 }
 
@@ -142,11 +148,21 @@ enum Work {
 
 impl Second {
     pub(in crate::judge) fn new(course: Course, line: Surroundings) -> Self {
+        let state = match course {
+            Course::Runs => State::Running { rounds: 0, asks: false, until: None },
+            Course::Works
+            | Course::Third
+            | Course::LeavesWithToken
+            | Course::Listens
+            | Course::Strange
+            | Course::Slow
+            | Course::Double => State::Listening { refused: None },
+        };
         Self {
             line,
             course,
             duties: course.duties().iter().copied().collect(),
-            state: State::Listening { refused: None },
+            state,
             work: VecDeque::new(),
             next: None,
             sending: false,
@@ -202,6 +218,7 @@ impl Second {
             | State::Asking { .. }
             | State::Silent { .. }
             | State::Ignoring { .. }
+            | State::Running { .. }
             | State::Over => false,
         };
         first && !self.is_waiting()
@@ -245,6 +262,7 @@ impl Second {
             | State::Doubled { until }
             | State::Silent { until, .. }
             | State::Ignoring { until, .. } => Some(until),
+            State::Running { until, .. } => until,
         }
     }
 
@@ -261,6 +279,13 @@ impl Second {
             State::Passing { attempt, .. } => self.state = State::Passing { attempt, until },
             State::Strange { attempt, .. } => self.state = State::Strange { attempt, until },
             State::Doubled { .. } => self.state = State::Doubled { until: end + self.line.slot * 2 },
+            State::Running { rounds, asks: false, .. } => {
+                self.state = State::Running { rounds, asks: true, until: None };
+                self.send(end, telegrams::status_request(self.line.master, self.line.own));
+            }
+            State::Running { rounds, asks: true, .. } => {
+                self.state = State::Running { rounds, asks: true, until: Some(until) };
+            }
             State::Working => self.go_on(end),
             State::Listening { .. }
             | State::Ready { .. }
@@ -365,6 +390,23 @@ impl Second {
             }
         };
         self.send(now, octets);
+    }
+
+    /// Begins a ring of its own when the line is silent, before the master may claim the token.
+    pub(super) fn begin_ring(&mut self, now: Instant) {
+        self.state = State::Running { rounds: 0, asks: false, until: Some(now + self.line.slot * 4) };
+    }
+
+    /// The token to itself.
+    pub(super) fn go_round(&mut self, now: Instant, rounds: u32) {
+        self.state = State::Running { rounds, asks: false, until: None };
+        self.send(now, telegrams::token(self.line.own, self.line.own));
+    }
+
+    /// The master is let into the ring.
+    pub(super) fn let_in(&mut self, now: Instant) {
+        self.state = State::Passing { attempt: 1, until: now };
+        self.repeat_token(now, self.line.own);
     }
 
     /// Passes the token to the master, and leaves the ring.

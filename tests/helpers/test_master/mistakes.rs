@@ -295,6 +295,8 @@ mistakes! {
     DoesNotRestart []
     /// After a new beginning it waits until the old watchdog time of its slaves is over, which it sets again itself.
     WaitsForWatchdog []
+    /// It is ready for the ring before it has heard one. Seen if somebody restarts it: tests/judge/ring.rs.
+    ReadyAtOnce []
     // These are seen only at two rates: tests/judge/rates.rs names their rows.
     /// It sends no Global_Control at 12 Mbit/s.
     NoControlAtTop []

@@ -27,6 +27,7 @@ impl TestMaster {
             ["operate" | "restart"] => {
                 let fresh = Self::new(self.settings.clone(), self.mistake);
                 *self = Self { next: now, ..fresh };
+                self.listen(now);
             }
             ["clear"] => {
                 (self.operate, self.cleared) = (false, true);

@@ -86,6 +86,15 @@ impl TestMaster {
         !self.settings.token || self.ring.state == State::Holds
     }
 
+    /// It begins: it listens before it claims the token.
+    pub(super) fn listen(&mut self, now: Instant) {
+        if self.settings.token {
+            let rounds = if self.does(Mistake::ReadyAtOnce) { 2 } else { 0 };
+            (self.ring.state, self.ring.activity) = (State::Listens { rounds }, now);
+            self.beside.clear();
+        }
+    }
+
     /// The station behind it in the ring.
     fn successor(&self) -> u8 {
         let own = self.settings.address;
