@@ -214,7 +214,8 @@ impl Participant for Device {
     }
 
     fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(StationEvent)) {
-        Self::handle_timeout(self, now);
+        // The bus has the framer.
+        self.pass_time(now);
         pass_on(self, news);
     }
 
@@ -230,7 +231,7 @@ impl Participant for Device {
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
-        Self::poll_timeout(self)
+        self.due()
     }
 
     fn watchdog_on(&self) -> bool {

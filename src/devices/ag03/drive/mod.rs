@@ -205,11 +205,12 @@ impl Drive {
         self.step_under(dt, command, *command == self.previous, settings);
     }
 
-    /// As [`Drive::step`], under the command of the step before, whose edges are over.
+    /// As [`Drive::step`], under the command of the step before, whose edges are over; returns it.
     #[inline]
-    pub(crate) fn hold(&mut self, dt: Duration, settings: &Settings) {
+    pub(crate) fn hold(&mut self, dt: Duration, settings: &Settings) -> Command {
         let command = self.held();
         self.step_under(dt, &command, !self.previous.enable && !self.previous.travel, settings);
+        command
     }
 
     /// The command of the last step without its edges.

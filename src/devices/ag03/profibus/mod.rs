@@ -421,8 +421,19 @@ impl Device {
     /// Changes with every `handle_*`, and with every `poll_transmit` that returned octets.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
-        let drive = Instant::first_of(self.part.station.poll_timeout(), self.part.cycles.next());
-        Instant::first_of(drive, self.framer.poll_timeout())
+        Instant::first_of(self.due(), self.framer.poll_timeout())
+    }
+
+    /// Time has passed, where a bus finds the telegrams: see [`Device::handle_timeout`].
+    #[inline]
+    pub(crate) fn pass_time(&mut self, now: Instant) {
+        self.part.advance(now);
+    }
+
+    /// When to call [`Device::pass_time`] again.
+    #[inline]
+    pub(crate) fn due(&self) -> Option<Instant> {
+        Instant::first_of(self.part.station.poll_timeout(), self.part.cycles.next())
     }
 
     /// Whether the DP watchdog minds the master (WD_On of Slave_Diag).

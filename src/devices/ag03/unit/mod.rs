@@ -187,8 +187,8 @@ impl Unit {
 
     /// As [`Unit::step`], under what the bus wanted in the step before; its edges are over.
     pub(crate) fn hold(&mut self, dt: Duration) {
-        self.drive.hold(dt, &self.settings);
-        self.note_step(dt, &self.drive.held());
+        let command = self.drive.hold(dt, &self.settings);
+        self.note_step(dt, &command);
     }
 
     /// Takes note of what a step under `command` has changed.
