@@ -106,7 +106,7 @@ impl Judge {
                 // Every slave answers here: the cycle is hardly longer than it was.
                 let usual = (row == Row::I05 && !self.cycle().is_zero()).then(|| self.cycle());
                 let lasts = played.steps.first().map_or(Duration::ZERO, |step| self.time(step));
-                let share = usual.map_or(0, |usual| lasts.as_micros() / usual.as_micros().max(1) / 2);
+                let share = usual.map_or(0, |usual| lasts.as_micros() / usual.as_micros().max(1) / 4);
                 let least = least.max(u32::try_from(share).unwrap_or(u32::MAX));
                 if exchanges >= least {
                     self.observer.findings.held(row);

@@ -30,7 +30,7 @@ const RESTARTED: u32 = 40;
 /// A station that joins late was asked so often before.
 const ASKED: u32 = 60;
 /// A station is not ready for so many cycles.
-const NOT_READY: u32 = 12;
+const NOT_READY: u32 = 24;
 /// Cycles at least with random errors.
 const RANDOM: u32 = 240;
 
