@@ -127,7 +127,7 @@ struct Listed {
 impl Listed {
     /// Switched on and turning with 60 rpm.
     fn turning(product: &profidrive::host::can::Product, number: u8, kind: u8) -> Self {
-        use profidrive::can_bus::canopen::storage::Eeprom;
+        use profidrive::can_bus::canopen::node::storage::Eeprom;
         use profidrive::host::list::Choices;
 
         let now = Instant::from_millis(1);
@@ -281,7 +281,7 @@ impl OnBus {
     /// So many devices by turns, turning.
     fn new(count: usize, kind: u8) -> Self {
         use profidrive::can_bus::can::BitRate;
-        use profidrive::can_bus::canopen::storage::Eeprom;
+        use profidrive::can_bus::canopen::node::storage::Eeprom;
         use profidrive::host::can::{Bus, StoredNode};
         use profidrive::host::list::{Choices, Device};
 

@@ -11,7 +11,7 @@ use core::error::Error;
 
 use profidrive::can_bus::can::BitRate;
 use profidrive::can_bus::canopen::eds;
-use profidrive::can_bus::canopen::storage::Eeprom;
+use profidrive::can_bus::canopen::node::storage::Eeprom;
 use profidrive::can_bus::canopen::value::DataType::{U8, U16, U32};
 use profidrive::can_bus::canopen::{
     Abort, Address, Application, Entry, Home, NmtState, NodeId, Notice, Object, Policy, Reset, Source, Value,

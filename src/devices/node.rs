@@ -6,8 +6,8 @@ use thiserror::Error;
 
 use crate::can_bus::can::{ErrorState, Frame};
 use crate::can_bus::canopen;
-use crate::can_bus::canopen::storage;
-use crate::can_bus::canopen::storage::{Generation, NotStored, StoreRequest};
+use crate::can_bus::canopen::node::storage;
+use crate::can_bus::canopen::node::storage::{Generation, NotStored, StoreRequest};
 use crate::can_bus::canopen::{Address, Application, Node, NodeId, Refusal};
 use crate::devices::ag03;
 use crate::devices::ag03::unit;

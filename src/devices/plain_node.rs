@@ -2,7 +2,7 @@
 
 use super::CanopenDevice;
 use crate::can_bus::can::Frame;
-use crate::can_bus::canopen::storage::Eeprom;
+use crate::can_bus::canopen::node::storage::Eeprom;
 use crate::can_bus::canopen::{Application, Node, Policy};
 use crate::face::Description;
 use crate::time::Instant;

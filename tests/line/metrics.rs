@@ -9,7 +9,7 @@ use std::thread;
 
 use profidrive::can_bus::can::{BitRate, Frame};
 use profidrive::can_bus::canopen::NodeId;
-use profidrive::can_bus::canopen::storage::Eeprom;
+use profidrive::can_bus::canopen::node::storage::Eeprom;
 use profidrive::devices::CanopenEvent;
 use profidrive::devices::ag03::param::Model;
 use profidrive::devices::ag03::profibus::{Config, Device, DipSwitches, MAX_TELEGRAM_LEN};

@@ -1,7 +1,7 @@
 //! What an AP10 keeps and forgets, its faults, Auto-ID and calibration (`canopen-ap10.md` 7, 8, 11, 12 and 18).
 
 use profidrive::can_bus::can::ErrorState;
-use profidrive::can_bus::canopen::storage::Eeprom;
+use profidrive::can_bus::canopen::node::storage::Eeprom;
 use profidrive::can_bus::canopen::{NmtState, NodeId};
 use profidrive::devices::CanopenDevice;
 use profidrive::devices::ap10::canopen::{Ap10, Config, Quirks};

@@ -1,7 +1,7 @@
 //! What a node keeps (`canopen-link.md` 7; page `docs/canopen-conformance.md`).
 
+use profidrive::can_bus::canopen::node::storage::{Eeprom, ImageError, NotStored};
 use profidrive::can_bus::canopen::policy::{LoadRule, Storing};
-use profidrive::can_bus::canopen::storage::{Eeprom, ImageError, NotStored};
 use profidrive::can_bus::canopen::{Abort, Emergency, Node, NodeId, Policy, Request};
 
 use crate::canopen_device::Plain;
@@ -17,7 +17,7 @@ fn host(policy: Policy) -> Rig {
     rig
 }
 
-fn image(rig: &mut Rig) -> Option<(profidrive::can_bus::canopen::storage::Generation, Vec<u8>)> {
+fn image(rig: &mut Rig) -> Option<(profidrive::can_bus::canopen::node::storage::Generation, Vec<u8>)> {
     let mut room = [0; 2000];
     let request = rig.node.poll_image(&rig.device, &mut room).unwrap()?;
     Some((request.generation, request.octets.to_vec()))

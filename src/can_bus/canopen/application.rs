@@ -12,6 +12,9 @@ use super::refusal::Rule;
 use super::value::Value;
 use crate::time::Instant;
 
+/// The most octets that a device keeps beside its dictionary.
+pub const MAX_BESIDE: usize = 32;
+
 /// A device on CANopen.
 ///
 /// The node keeps the communication objects with [`Home::Node`](super::dictionary::Home::Node) and judges every access by
@@ -103,8 +106,8 @@ pub trait Application {
     }
 
     /// What a device keeps over power-off that its dictionary does not show, as a battery-buffered count: goes into an
-    /// image as it is. Says how many octets it has; at most [`MAX_BESIDE`](super::storage::MAX_BESIDE) count.
-    fn kept_beside(&self, into: &mut [u8; super::storage::MAX_BESIDE]) -> usize {
+    /// image as it is. Says how many octets it has; at most [`MAX_BESIDE`] count.
+    fn kept_beside(&self, into: &mut [u8; MAX_BESIDE]) -> usize {
         let _ = into;
         0
     }

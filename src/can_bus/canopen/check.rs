@@ -6,7 +6,7 @@ use super::address::{Address, Index, NodeId};
 use super::dictionary::{self, Default, Entry, Home, Limits, Object, ObjectType, Place};
 use super::parameter::Parameter;
 use super::pdo::MappingWord;
-use super::sdo::server::MAX_VALUE_LEN;
+use super::sdo::MAX_VALUE_LEN;
 use super::value::DataType;
 
 /// The longest name of an entry.

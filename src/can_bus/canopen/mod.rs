@@ -17,24 +17,19 @@
 //! | [`eds`] | the data sheet of CiA 306 from the tables |
 //! | [`application`] | the trait a device implements |
 //! | [`policy`] | where devices and readings of the standard differ |
-//! | [`node`] | the node |
+//! | [`node`] | the node: a file for each of its services |
 //! | [`faults`] | faults on purpose |
 //! | [`event`] | what it tells its user |
 //! | [`nmt`] | states and commands |
 //! | [`sdo`] | service data |
 //! | [`pdo`] | process data |
-//! | `sync` | what a SYNC does |
-//! | `guarding`, `heartbeat` | error control |
-//! | [`storage`] | 1010h, 1011h, images for the host |
-//! | [`emcy`] | emergencies, error register, history |
+//! | [`emcy`] | emergencies |
 //! | [`cob_id`] | identifiers and the objects that hold them |
-//! | [`parameter`], [`settings`] | communication objects that the node keeps: their values; what a write does |
-//! | `access` | the checks of a read and a write |
+//! | [`parameter`] | communication objects that the node keeps |
 //! | [`abort`] | abort codes |
 //! | [`refusal`] | a refused request with its value and the rule it broke |
 
 pub mod abort;
-mod access;
 pub mod address;
 pub mod application;
 pub mod check;
@@ -44,8 +39,6 @@ pub mod eds;
 pub mod emcy;
 pub mod event;
 pub mod faults;
-mod guarding;
-mod heartbeat;
 pub mod nmt;
 pub mod node;
 pub mod parameter;
@@ -53,9 +46,6 @@ pub mod pdo;
 pub mod policy;
 pub mod refusal;
 pub mod sdo;
-pub mod settings;
-pub mod storage;
-mod sync;
 pub mod value;
 
 pub use abort::Abort;

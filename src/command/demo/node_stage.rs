@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::io::Write;
 
 use crate::can_bus::can::{BitRate, Frame, Id};
-use crate::can_bus::canopen::storage::Eeprom;
+use crate::can_bus::canopen::node::storage::Eeprom;
 use crate::can_bus::canopen::{Address, NodeId};
 use crate::devices::CanopenEvent;
 use crate::explain::Explanation;

@@ -4,7 +4,7 @@ use core::sync::atomic::Ordering;
 use std::path::PathBuf;
 
 use crate::can_bus::can::BitRate;
-use crate::can_bus::canopen::storage::Eeprom;
+use crate::can_bus::canopen::node::storage::Eeprom;
 use crate::can_bus::canopen::{Event, NodeId};
 use crate::devices::CanopenEvent;
 use crate::host::can::{self, BusHint, Line, LinkSpec, News, NodeWatch, Numbers, Seat, StoredNode};

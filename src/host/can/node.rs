@@ -7,7 +7,7 @@ use crate::can_bus::can::{ErrorState, Frame};
 use crate::can_bus::canopen;
 use crate::can_bus::canopen::faults::{Action, FaultInjector, Kind, TooMany, When};
 use crate::can_bus::canopen::nmt::Command;
-use crate::can_bus::canopen::storage::{Eeprom, Generation, NotStored, StoreRequest};
+use crate::can_bus::canopen::node::storage::{Eeprom, Generation, NotStored, StoreRequest};
 use crate::can_bus::canopen::{NmtState, NodeId};
 use crate::devices::{CanopenDevice, CanopenEvent};
 use crate::face::Why;

@@ -4,7 +4,7 @@ use core::fmt;
 
 use crate::can_bus::canopen::eds;
 use crate::can_bus::canopen::eds::Sheet;
-use crate::can_bus::canopen::storage::Eeprom;
+use crate::can_bus::canopen::node::storage::Eeprom;
 use crate::can_bus::canopen::{NodeId, Object};
 use crate::devices::CanopenDevice;
 use crate::devices::Vocabulary;

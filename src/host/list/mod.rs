@@ -252,7 +252,7 @@ impl PartialEq for Device {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::can_bus::canopen::storage::Eeprom;
+    use crate::can_bus::canopen::node::storage::Eeprom;
     use crate::time::Instant;
 
     #[test]

@@ -7,7 +7,7 @@ use super::super::problem::Problem;
 use super::super::station::{FaultNow, PowerName, State};
 use super::state::{Counted, Counters, ErrorStateName, LineStation};
 use super::{Act, Acted, OnLine, Station, in_one_line, no_station};
-use crate::can_bus::canopen::storage::Eeprom;
+use crate::can_bus::canopen::node::storage::Eeprom;
 use crate::can_bus::canopen::{Address, NmtState, NodeId};
 use crate::devices::{CanopenDevice, CanopenEvent, Vocabulary};
 use crate::face::Description;

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use profidrive::can_bus::can::{Frame, Id};
-use profidrive::can_bus::canopen::storage::Eeprom;
+use profidrive::can_bus::canopen::node::storage::Eeprom;
 use profidrive::can_bus::canopen::{NmtState, NodeId};
 use profidrive::devices::CanopenDevice;
 use profidrive::devices::ap10::canopen::{Ap10, Config, Quirks};

@@ -11,12 +11,8 @@
 //! | file | holds |
 //! | --- | --- |
 //! | [`mapping`] | which entries a PDO carries |
-//! | `receive` | RPDOs |
-//! | `transmit` | TPDOs |
 
 pub mod mapping;
-pub(super) mod receive;
-pub(super) mod transmit;
 
 pub use mapping::{Direction, MappingWord};
 

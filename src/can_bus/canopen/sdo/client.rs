@@ -5,7 +5,7 @@
 
 use core::time::Duration;
 
-use super::server::MAX_VALUE_LEN;
+use super::MAX_VALUE_LEN;
 use super::{FRAME_LEN, Response, addressed};
 use crate::can_bus::can::Frame;
 use crate::can_bus::canopen::abort::Abort;

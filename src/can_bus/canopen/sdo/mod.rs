@@ -17,17 +17,18 @@
 //!
 //! | file | holds |
 //! | --- | --- |
-//! | [`server`] | the server of a node |
 //! | [`client`] | the other end, for those who write masters |
 
 pub mod client;
-pub mod server;
 
 use super::abort::Abort;
 use super::address::Address;
 
 /// Octets of every SDO frame.
 pub(crate) const FRAME_LEN: usize = 8;
+
+/// The most octets of one value.
+pub(crate) const MAX_VALUE_LEN: usize = 256;
 
 /// What a client wants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

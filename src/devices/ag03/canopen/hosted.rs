@@ -2,7 +2,7 @@
 
 use super::Ag03Node;
 use crate::can_bus::can::{ErrorState, Frame};
-use crate::can_bus::canopen::storage::{Generation, ImageError, NotStored, StoreRequest};
+use crate::can_bus::canopen::node::storage::{Generation, ImageError, NotStored, StoreRequest};
 use crate::can_bus::canopen::{Address, Application, Node, NodeId, Refusal};
 use crate::devices::ag03::unit;
 use crate::devices::ag03::unit::{Outcome, Power, Unit};

@@ -50,7 +50,7 @@ pub mod words;
 use core::time::Duration;
 
 use super::profibus::Leds;
-use crate::can_bus::canopen::storage::Eeprom;
+use crate::can_bus::canopen::node::storage::Eeprom;
 use crate::can_bus::canopen::{NmtState, Node};
 use crate::devices::ag03::drive::{Inputs, Status, StatusLed, leds};
 use crate::devices::ag03::unit::{

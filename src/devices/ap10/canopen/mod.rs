@@ -43,7 +43,7 @@ pub use spin::MAX_RPM;
 pub use vocabulary::VOCABULARY;
 
 use crate::can_bus::canopen::eds::Sheet;
-use crate::can_bus::canopen::storage::Eeprom;
+use crate::can_bus::canopen::node::storage::Eeprom;
 use crate::can_bus::canopen::{Node, NodeId};
 use crate::devices::ap10::{Backup, Display, Fault, Indicator, Key, Turns};
 use crate::time::Instant;

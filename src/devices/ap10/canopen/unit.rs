@@ -6,9 +6,9 @@ use heapless::Deque;
 
 use super::Quirks;
 use super::objects::{Alarm, BATTERY_WARNING, OBJECTS, TOTAL_STEPS, TOTAL_STEPS_RANGE};
+use crate::can_bus::canopen::application::MAX_BESIDE;
 use crate::can_bus::canopen::dictionary;
 use crate::can_bus::canopen::dictionary::{Limits, Object};
-use crate::can_bus::canopen::storage::MAX_BESIDE;
 use crate::can_bus::canopen::{
     Abort, Address, Application, Emergency, NmtState, NodeId, Notice, PdoNumber, Request, Reset, Rule,
     Source, Sub, Value, Written,

@@ -34,7 +34,7 @@ pub use quirks::{QUIRKS, Quirks};
 pub use vocabulary::VOCABULARY;
 
 use crate::can_bus::can::{Frame, Id};
-use crate::can_bus::canopen::storage::Eeprom;
+use crate::can_bus::canopen::node::storage::Eeprom;
 use crate::can_bus::canopen::{Node, Object, cob_id};
 use crate::can_bus::cia402::Statusword;
 use crate::devices::asda_a2::{Alarm, Inputs, Servo};

@@ -1,22 +1,19 @@
 //! The SDO server of a node: one transfer at a time, expedited and in segments.
 
-use super::{FRAME_LEN, Response, SdoRequest};
+use super::Node;
 use crate::can_bus::can::Frame;
 use crate::can_bus::canopen::abort::Abort;
 use crate::can_bus::canopen::address::Address;
 use crate::can_bus::canopen::application::{Application, Source, Written};
 use crate::can_bus::canopen::cob_id;
 use crate::can_bus::canopen::event::Event;
-use crate::can_bus::canopen::node::Node;
 use crate::can_bus::canopen::refusal::{Broken, Refusal};
+use crate::can_bus::canopen::sdo::{FRAME_LEN, MAX_VALUE_LEN, Response, SdoRequest};
 use crate::time::Instant;
-
-/// The most octets of one value.
-pub(crate) const MAX_VALUE_LEN: usize = 256;
 
 /// What is under way.
 #[derive(Clone, Debug)]
-pub(in crate::can_bus::canopen) struct Server {
+pub(super) struct Server {
     transfer: Transfer,
     /// The value on its way in or out.
     octets: [u8; MAX_VALUE_LEN],
@@ -35,23 +32,17 @@ enum Transfer {
 }
 
 impl Server {
-    pub(in crate::can_bus::canopen) const IDLE: Self =
-        Self { transfer: Transfer::Idle, octets: [0; MAX_VALUE_LEN] };
+    pub(super) const IDLE: Self = Self { transfer: Transfer::Idle, octets: [0; MAX_VALUE_LEN] };
 
     /// What is under way ends without a frame.
-    pub(in crate::can_bus::canopen) const fn end(&mut self) {
+    pub(super) const fn end(&mut self) {
         self.transfer = Transfer::Idle;
     }
 }
 
 impl Node {
     /// A frame on 600h + node while SDOs are served.
-    pub(in crate::can_bus::canopen) fn sdo_request(
-        &mut self,
-        now: Instant,
-        frame: &Frame,
-        app: &mut dyn Application,
-    ) {
+    pub(super) fn sdo_request(&mut self, now: Instant, frame: &Frame, app: &mut dyn Application) {
         let Ok(octets) = <[u8; FRAME_LEN]>::try_from(frame.octets()) else { return };
         // Whatever the client wants, it does not wait for an older answer.
         self.storage.forget_answer();
@@ -79,7 +70,7 @@ impl Node {
     }
 
     /// The answer held by [`Written::Held`].
-    pub(in crate::can_bus::canopen) fn answer_held(&mut self, outcome: Result<(), Abort>) {
+    pub(super) fn answer_held(&mut self, outcome: Result<(), Abort>) {
         let Transfer::Held { at, segment } = self.sdo.transfer else { return };
         self.sdo.end();
         let response = match outcome {

@@ -2,12 +2,13 @@
 
 use core::time::Duration;
 
-use super::application::{Application, Notice};
-use super::cob_id;
-use super::emcy::{self, Cause};
-use super::event::Event;
-use super::node::Node;
+use super::Node;
+use super::errors::Cause;
 use crate::can_bus::can::Frame;
+use crate::can_bus::canopen::application::{Application, Notice};
+use crate::can_bus::canopen::cob_id;
+use crate::can_bus::canopen::emcy;
+use crate::can_bus::canopen::event::Event;
 use crate::time::Instant;
 
 /// What was answered last and until when the next request has to come.

@@ -16,13 +16,13 @@
 //!
 //! Images of earlier versions name no product: "CO1", the same content, CRC-32 with the low octet first.
 
-use super::abort::Abort;
-use super::address::{Address, NodeId, Sub};
-use super::application::{Application, Notice, Source, Written};
-use super::dictionary::{self, Default, Home, Object};
-use super::node::Node;
-use super::parameter::{self, Communication, Parameter};
-use super::policy::{LoadRule, Storing};
+use super::Node;
+use crate::can_bus::canopen::abort::Abort;
+use crate::can_bus::canopen::address::{Address, NodeId, Sub};
+use crate::can_bus::canopen::application::{Application, MAX_BESIDE, Notice, Source, Written};
+use crate::can_bus::canopen::dictionary::{self, Default, Home, Object};
+use crate::can_bus::canopen::parameter::{self, Communication, Parameter};
+use crate::can_bus::canopen::policy::{LoadRule, Storing};
 use crate::image;
 use crate::image::storage::{Newest, Outcome};
 use crate::image::{ProductName, Writer};
@@ -33,9 +33,6 @@ pub use crate::image::{Eeprom, Generation, ImageError, NotStored, StoreRequest};
 /// How images of earlier versions begin.
 const UNNAMED: [u8; 3] = *b"CO1";
 const ENTRY_HEADER_LEN: usize = 5;
-
-/// The most octets that a device keeps beside its dictionary.
-pub const MAX_BESIDE: usize = 32;
 
 /// The entry of an image that holds them; there is no object 0000h.
 const BESIDE: Address = Address::new(0, 0);

@@ -1,21 +1,21 @@
 //! RPDOs: taken at once or at the next SYNC.
 
-use super::mapping::{self, Pieces};
-use super::{MAX_PDOS, PdoNumber, TransmissionType};
+use super::Node;
+use super::errors::Cause;
 use crate::can_bus::can::{Frame, Id};
 use crate::can_bus::canopen::application::{Application, Notice, Source};
 use crate::can_bus::canopen::cob_id::CobId;
 use crate::can_bus::canopen::emcy;
-use crate::can_bus::canopen::emcy::Cause;
 use crate::can_bus::canopen::event::Event;
-use crate::can_bus::canopen::node::Node;
+use crate::can_bus::canopen::pdo::mapping::{self, Pieces};
+use crate::can_bus::canopen::pdo::{MAX_MAPPED, MAX_PDOS, PdoNumber, TransmissionType};
 use crate::time::Instant;
 
 /// One RPDO.
 #[derive(Clone, Debug)]
-pub(in crate::can_bus::canopen) struct Rpdo {
+pub(super) struct Rpdo {
     /// While it is on and carries something.
-    pub(in crate::can_bus::canopen) id: Option<Id>,
+    pub(super) id: Option<Id>,
     pieces: Pieces,
     octets: usize,
     /// The newest frame, waiting for SYNC.
@@ -23,18 +23,17 @@ pub(in crate::can_bus::canopen) struct Rpdo {
 }
 
 impl Rpdo {
-    pub(in crate::can_bus::canopen) const OFF: Self =
-        Self { id: None, pieces: Pieces::new(), octets: 0, waiting: None };
+    pub(super) const OFF: Self = Self { id: None, pieces: Pieces::new(), octets: 0, waiting: None };
 
     /// Forgets what waits for a SYNC.
-    pub(in crate::can_bus::canopen) const fn forget(&mut self) {
+    pub(super) const fn forget(&mut self) {
         self.waiting = None;
     }
 }
 
 impl Node {
     /// Puts the objects of an RPDO into effect.
-    pub(in crate::can_bus::canopen) fn set_up_rpdo(&mut self, pdo: PdoNumber) {
+    pub(super) fn set_up_rpdo(&mut self, pdo: PdoNumber) {
         let values = self.values.rpdo(pdo);
         let pieces = mapping::pieces(self.objects, values.mapping());
         let octets = mapping::octets(&pieces);
@@ -45,7 +44,7 @@ impl Node {
     }
 
     /// The RPDO with that identifier.
-    pub(in crate::can_bus::canopen) fn rpdo_of(&self, id: Id) -> Option<PdoNumber> {
+    pub(super) fn rpdo_of(&self, id: Id) -> Option<PdoNumber> {
         let place = self.rpdos.iter().position(|rpdo| rpdo.id == Some(id))?;
         PdoNumber::ALL.get(place).copied()
     }
@@ -56,7 +55,7 @@ impl Node {
     }
 
     /// A data frame for an RPDO in OPERATIONAL.
-    pub(in crate::can_bus::canopen) fn rpdo_received(
+    pub(super) fn rpdo_received(
         &mut self,
         now: Instant,
         pdo: PdoNumber,
@@ -91,11 +90,7 @@ impl Node {
     }
 
     /// SYNC: what waits acts, the lowest number first.
-    pub(in crate::can_bus::canopen) fn take_synchronous_rpdos(
-        &mut self,
-        now: Instant,
-        app: &mut dyn Application,
-    ) {
+    pub(super) fn take_synchronous_rpdos(&mut self, now: Instant, app: &mut dyn Application) {
         for place in 0..MAX_PDOS {
             let waiting = self.rpdos.get_mut(place).and_then(|rpdo| rpdo.waiting.take());
             if let (Some(data), Some(pdo)) = (waiting, PdoNumber::ALL.get(place)) {
@@ -106,7 +101,7 @@ impl Node {
 
     fn take(&mut self, now: Instant, pdo: PdoNumber, data: [u8; 8], app: &mut dyn Application) {
         let mut begin = 0;
-        for place in 0..super::MAX_MAPPED {
+        for place in 0..MAX_MAPPED {
             let piece = self.rpdos.get(pdo.place()).and_then(|rpdo| rpdo.pieces.get(place));
             let Some(&piece) = piece else { break };
             let end = begin + piece.octets;
@@ -135,7 +130,7 @@ impl Node {
     }
 
     /// A remote request of an RPDO: answered only by devices that say with what.
-    pub(in crate::can_bus::canopen) fn rpdo_requested(&mut self, pdo: PdoNumber, app: &dyn Application) {
+    pub(super) fn rpdo_requested(&mut self, pdo: PdoNumber, app: &dyn Application) {
         let answer = self.policy.rpdo_rtr.iter().find(|answer| answer.pdo == pdo);
         let id = self.rpdos.get(pdo.place()).and_then(|rpdo| rpdo.id);
         if let (Some(answer), Some(id)) = (answer, id) {

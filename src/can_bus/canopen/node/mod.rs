@@ -1,26 +1,51 @@
 //! The node: frames and time in, frames, events and a deadline out.
+//!
+//! Every service is a file with its state and its part of [`Node`]; only they see inside of it.
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | here | [`Node`]: where a frame goes, NMT, resets, what the device asks for |
+//! | `sdo_server` | SDO transfers |
+//! | `access` | the checks of a read and a write |
+//! | `settings` | what a write of a communication object does |
+//! | [`storage`] | 1010h, 1011h, images for the host |
+//! | `rpdo`, `tpdo`, `sync` | process data, and what a SYNC does |
+//! | `errors` | emergencies, error register, history |
+//! | `guarding`, `heartbeat` | error control |
 
 use heapless::Deque;
 
-use super::address::NodeId;
-use super::application::{Application, NmtCause, Notice, Request};
-use super::cob_id;
-use super::cob_id::CobId;
-use super::dictionary::{self, Home, Object};
-use super::emcy::Errors;
-use super::event::Event;
-use super::guarding::Guarding;
-use super::heartbeat::Consumer;
-use super::nmt::{Command, NmtState, Reset};
-use super::parameter::{Communication, MAX_CONSUMERS};
-use super::pdo::receive::Rpdo;
-use super::pdo::transmit::Tpdo;
-use super::pdo::{MAX_PDOS, PdoNumber};
-use super::policy::Policy;
-use super::sdo::server::Server;
-use super::storage::{Eeprom, Storage};
 use crate::can_bus::can::{Frame, Id};
+use crate::can_bus::canopen::address::{Address, NodeId};
+use crate::can_bus::canopen::application::{Application, NmtCause, Notice, Request};
+use crate::can_bus::canopen::cob_id;
+use crate::can_bus::canopen::cob_id::CobId;
+use crate::can_bus::canopen::dictionary::{self, Home, Object};
+use crate::can_bus::canopen::event::Event;
+use crate::can_bus::canopen::nmt::{Command, NmtState, Reset};
+use crate::can_bus::canopen::parameter::{Communication, MAX_CONSUMERS};
+use crate::can_bus::canopen::pdo::{MAX_PDOS, PdoNumber};
+use crate::can_bus::canopen::policy::Policy;
 use crate::time::Instant;
+
+mod access;
+mod errors;
+mod guarding;
+mod heartbeat;
+mod rpdo;
+mod sdo_server;
+mod settings;
+pub mod storage;
+mod sync;
+mod tpdo;
+
+use errors::Errors;
+use guarding::Guarding;
+use heartbeat::Consumer;
+use rpdo::Rpdo;
+use sdo_server::Server;
+use storage::{Eeprom, Storage};
+use tpdo::Tpdo;
 
 /// Frames that wait for the host. What is more is lost and counted.
 const MAX_FRAMES: usize = 32;
@@ -54,26 +79,26 @@ pub enum Service {
 /// until a frame arrives or [`poll_timeout`](Self::poll_timeout) has come. Never panics, whatever frames it is given.
 #[derive(Clone, Debug)]
 pub struct Node {
-    pub(super) policy: Policy,
-    pub(super) objects: &'static [Object],
-    pub(super) node_id: NodeId,
+    policy: Policy,
+    objects: &'static [Object],
+    node_id: NodeId,
     /// `None` while it is switched off.
-    pub(super) state: Option<NmtState>,
-    pub(super) values: Communication,
-    pub(super) sdo: Server,
-    pub(super) storage: Storage,
-    pub(super) errors: Errors,
+    state: Option<NmtState>,
+    values: Communication,
+    sdo: Server,
+    storage: Storage,
+    errors: Errors,
     /// Entries of 1003h, 0 if the node does not keep it.
-    pub(super) history_len: usize,
+    history_len: usize,
     /// Whether 1003h survives power-off.
-    pub(super) history_stored: bool,
-    pub(super) has_error_behaviour: bool,
-    pub(super) guarding: Guarding,
-    pub(super) heartbeat_due: Option<Instant>,
-    pub(super) consumers: [Consumer; MAX_CONSUMERS],
-    pub(super) sync_window_ends: Option<Instant>,
-    pub(super) rpdos: [Rpdo; MAX_PDOS],
-    pub(super) tpdos: [Tpdo; MAX_PDOS],
+    history_stored: bool,
+    has_error_behaviour: bool,
+    guarding: Guarding,
+    heartbeat_due: Option<Instant>,
+    consumers: [Consumer; MAX_CONSUMERS],
+    sync_window_ends: Option<Instant>,
+    rpdos: [Rpdo; MAX_PDOS],
+    tpdos: [Tpdo; MAX_PDOS],
     frames: Deque<Frame, MAX_FRAMES>,
     frames_lost: u32,
     events: Deque<Event, MAX_EVENTS>,
@@ -293,7 +318,7 @@ impl Node {
         }
     }
 
-    pub(super) fn enter(&mut self, now: Instant, to: NmtState, cause: NmtCause, app: &mut dyn Application) {
+    fn enter(&mut self, now: Instant, to: NmtState, cause: NmtCause, app: &mut dyn Application) {
         let Some(from) = self.state else { return };
         if from == to {
             return;
@@ -340,7 +365,7 @@ impl Node {
     /// What the dictionary has of the objects that the node keeps.
     fn measure(&mut self) {
         let own = |index: u16, sub: u8| {
-            dictionary::entry(self.objects, super::Address::new(index, sub))
+            dictionary::entry(self.objects, Address::new(index, sub))
                 .ok()
                 .filter(|entry| entry.home == Home::Node)
         };
@@ -377,14 +402,14 @@ impl Node {
         }
     }
 
-    pub(super) fn send(&mut self, frame: Frame) {
+    fn send(&mut self, frame: Frame) {
         if self.frames.push_back(frame).is_err() {
             self.frames_lost = self.frames_lost.saturating_add(1);
             self.tell(Event::FramesLost { count: self.frames_lost });
         }
     }
 
-    pub(super) fn tell(&mut self, event: Event) {
+    fn tell(&mut self, event: Event) {
         if self.events.is_full() {
             self.events.pop_front();
         }

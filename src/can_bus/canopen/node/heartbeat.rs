@@ -2,15 +2,16 @@
 
 use core::time::Duration;
 
-use super::address::NodeId;
-use super::application::{Application, NmtCause, Notice};
-use super::cob_id;
-use super::emcy::{self, Cause};
-use super::event::Event;
-use super::nmt::NmtState;
-use super::node::Node;
-use super::parameter::MAX_CONSUMERS;
+use super::Node;
+use super::errors::Cause;
 use crate::can_bus::can::Frame;
+use crate::can_bus::canopen::address::NodeId;
+use crate::can_bus::canopen::application::{Application, NmtCause, Notice};
+use crate::can_bus::canopen::cob_id;
+use crate::can_bus::canopen::emcy;
+use crate::can_bus::canopen::event::Event;
+use crate::can_bus::canopen::nmt::NmtState;
+use crate::can_bus::canopen::parameter::MAX_CONSUMERS;
 use crate::time::Instant;
 
 /// The supervision of one node.

@@ -2,8 +2,8 @@
 
 use core::time::Duration;
 
-use super::application::{Application, Notice};
-use super::node::Node;
+use super::Node;
+use crate::can_bus::canopen::application::{Application, Notice};
 use crate::time::Instant;
 
 impl Node {

@@ -1,17 +1,17 @@
 //! Reads and writes of the objects that the node keeps: what they accept, and what follows from a write.
 
-use super::abort::Abort;
-use super::address::Sub;
-use super::application::{Application, Notice, Written};
-use super::cob_id::CobId;
-use super::dictionary::{Entry, Limits};
+use super::Node;
 use super::heartbeat::{Consumer, supervised};
-use super::node::Node;
-use super::parameter::{Parameter, PdoField, PdoParameters};
-use super::pdo::mapping::{self, Direction};
-use super::pdo::{PdoNumber, TransmissionType};
-use super::policy::Storing;
-use super::refusal::{Broken, Rule};
+use crate::can_bus::canopen::abort::Abort;
+use crate::can_bus::canopen::address::Sub;
+use crate::can_bus::canopen::application::{Application, Notice, Written};
+use crate::can_bus::canopen::cob_id::CobId;
+use crate::can_bus::canopen::dictionary::{Entry, Limits};
+use crate::can_bus::canopen::parameter::{Parameter, PdoField, PdoParameters};
+use crate::can_bus::canopen::pdo::mapping::{self, Direction};
+use crate::can_bus::canopen::pdo::{PdoNumber, TransmissionType};
+use crate::can_bus::canopen::policy::Storing;
+use crate::can_bus::canopen::refusal::{Broken, Rule};
 use crate::time::Instant;
 
 /// `save` as 1010h takes it, the letter s in the low octet.
@@ -270,7 +270,7 @@ impl Node {
     pub(super) fn follow_all(&mut self, now: Instant, app: &dyn Application) {
         self.restart_heartbeat(now);
         self.sync_window_ends = None;
-        self.consumers = [Consumer::Waiting; super::parameter::MAX_CONSUMERS];
+        self.consumers = [Consumer::Waiting; crate::can_bus::canopen::parameter::MAX_CONSUMERS];
         for pdo in PdoNumber::ALL {
             self.set_up_rpdo(pdo);
             self.set_up_tpdo(now, pdo, app);

@@ -5,17 +5,17 @@
 //! 06020000h        06090011h           0601000xh            0607001xh 0609003xh 08000022h  his own checks
 //! ```
 
-use super::abort::Abort;
-use super::address::Address;
-use super::application::{Application, Source, Written};
-use super::dictionary::{self, Entry, Home, Limits, Place, Writable};
-use super::event::Event;
-use super::nmt::NmtState;
-use super::node::Node;
-use super::parameter::Parameter;
-use super::policy::{OutOfRange, Policy, StateCheck, WrongLength};
-use super::refusal::{Broken, Refusal, Rule};
-use super::value::{DataType, Value};
+use super::Node;
+use crate::can_bus::canopen::abort::Abort;
+use crate::can_bus::canopen::address::Address;
+use crate::can_bus::canopen::application::{Application, Source, Written};
+use crate::can_bus::canopen::dictionary::{self, Entry, Home, Limits, Place, Writable};
+use crate::can_bus::canopen::event::Event;
+use crate::can_bus::canopen::nmt::NmtState;
+use crate::can_bus::canopen::parameter::Parameter;
+use crate::can_bus::canopen::policy::{OutOfRange, Policy, StateCheck, WrongLength};
+use crate::can_bus::canopen::refusal::{Broken, Refusal, Rule};
+use crate::can_bus::canopen::value::{DataType, Value};
 use crate::time::Instant;
 
 impl Node {

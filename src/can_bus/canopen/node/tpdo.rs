@@ -2,20 +2,20 @@
 
 use core::time::Duration;
 
-use super::mapping::{self, Pieces};
-use super::{MAX_PDOS, PdoNumber, TransmissionType, Trigger};
+use super::Node;
 use crate::can_bus::can::{Frame, Id};
 use crate::can_bus::canopen::application::Application;
 use crate::can_bus::canopen::cob_id::CobId;
-use crate::can_bus::canopen::node::Node;
+use crate::can_bus::canopen::pdo::mapping::{self, Pieces};
+use crate::can_bus::canopen::pdo::{MAX_PDOS, PdoNumber, TransmissionType, Trigger};
 use crate::can_bus::canopen::policy::{EventRule, TypeZero};
 use crate::time::Instant;
 
 /// One TPDO.
 #[derive(Clone, Debug)]
-pub(in crate::can_bus::canopen) struct Tpdo {
+pub(super) struct Tpdo {
     /// While it is on and carries something.
-    pub(in crate::can_bus::canopen) id: Option<Id>,
+    pub(super) id: Option<Id>,
     trigger: Trigger,
     pieces: Pieces,
     octets: usize,
@@ -32,7 +32,7 @@ pub(in crate::can_bus::canopen) struct Tpdo {
 }
 
 impl Tpdo {
-    pub(in crate::can_bus::canopen) const OFF: Self = Self {
+    pub(super) const OFF: Self = Self {
         id: None,
         trigger: Trigger::Request,
         pieces: Pieces::new(),
@@ -45,7 +45,7 @@ impl Tpdo {
     };
 
     /// When something is to be done for it in OPERATIONAL.
-    pub(in crate::can_bus::canopen) fn due(&self) -> Option<Instant> {
+    pub(super) fn due(&self) -> Option<Instant> {
         let event = self.event.then_some(self.inhibited_until);
         Instant::first_of(event.filter(|_| self.trigger.is_event()), self.timer)
     }
@@ -53,12 +53,7 @@ impl Tpdo {
 
 impl Node {
     /// Puts the objects of a TPDO into effect; counters and timers begin anew.
-    pub(in crate::can_bus::canopen) fn set_up_tpdo(
-        &mut self,
-        now: Instant,
-        pdo: PdoNumber,
-        app: &dyn Application,
-    ) {
+    pub(super) fn set_up_tpdo(&mut self, now: Instant, pdo: PdoNumber, app: &dyn Application) {
         let values = self.values.tpdo(pdo);
         let pieces = mapping::pieces(self.objects, values.mapping());
         let octets = mapping::octets(&pieces);
@@ -72,7 +67,7 @@ impl Node {
     }
 
     /// OPERATIONAL is entered: counters and timers begin, and what has to be said at once is said.
-    pub(in crate::can_bus::canopen) fn start_tpdos(&mut self, now: Instant, app: &dyn Application) {
+    pub(super) fn start_tpdos(&mut self, now: Instant, app: &dyn Application) {
         for pdo in PdoNumber::ALL {
             self.set_up_tpdo(now, pdo, app);
             let Some(tpdo) = self.tpdos.get(pdo.place()) else { continue };
@@ -83,12 +78,7 @@ impl Node {
     }
 
     /// The device or the bus wants an event-driven TPDO; others are marked for the next SYNC.
-    pub(in crate::can_bus::canopen) fn tpdo_event(
-        &mut self,
-        now: Instant,
-        pdo: PdoNumber,
-        app: &dyn Application,
-    ) {
+    pub(super) fn tpdo_event(&mut self, now: Instant, pdo: PdoNumber, app: &dyn Application) {
         if let Some(tpdo) = self.tpdos.get_mut(pdo.place()) {
             tpdo.event = tpdo.id.is_some();
             self.send_if_allowed(now, pdo, app);
@@ -96,11 +86,7 @@ impl Node {
     }
 
     /// SYNC: samples, counts and sends.
-    pub(in crate::can_bus::canopen) fn send_synchronous_tpdos(
-        &mut self,
-        now: Instant,
-        app: &dyn Application,
-    ) {
+    pub(super) fn send_synchronous_tpdos(&mut self, now: Instant, app: &dyn Application) {
         for (place, pdo) in (0..MAX_PDOS).zip(PdoNumber::ALL) {
             let Some(tpdo) = self.tpdos.get(place) else { continue };
             if tpdo.id.is_none() {
@@ -138,11 +124,7 @@ impl Node {
     }
 
     /// Looks for changes and timers of event-driven TPDOs in OPERATIONAL.
-    pub(in crate::can_bus::canopen) fn send_event_driven_tpdos(
-        &mut self,
-        now: Instant,
-        app: &dyn Application,
-    ) {
+    pub(super) fn send_event_driven_tpdos(&mut self, now: Instant, app: &dyn Application) {
         for (place, pdo) in (0..MAX_PDOS).zip(PdoNumber::ALL) {
             let Some(tpdo) = self.tpdos.get(place) else { continue };
             let Some(rule) = self.event_rule(tpdo.trigger) else { continue };
@@ -164,7 +146,7 @@ impl Node {
     }
 
     /// A remote request of a TPDO in OPERATIONAL.
-    pub(in crate::can_bus::canopen) fn tpdo_requested(&mut self, pdo: PdoNumber, app: &dyn Application) {
+    pub(super) fn tpdo_requested(&mut self, pdo: PdoNumber, app: &dyn Application) {
         let values = self.values.tpdo(pdo);
         let Some(tpdo) = self.tpdos.get(pdo.place()) else { return };
         if !self.policy.tpdo_rtr || CobId(values.cob_id).bit_30() {
@@ -182,13 +164,13 @@ impl Node {
     }
 
     /// The TPDO with that identifier.
-    pub(in crate::can_bus::canopen) fn tpdo_of(&self, id: Id) -> Option<PdoNumber> {
+    pub(super) fn tpdo_of(&self, id: Id) -> Option<PdoNumber> {
         let place = self.tpdos.iter().position(|tpdo| tpdo.id == Some(id))?;
         PdoNumber::ALL.get(place).copied()
     }
 
     /// The values of the pieces now. One that cannot be read is zero.
-    pub(in crate::can_bus::canopen) fn sample(&self, pieces: &Pieces, app: &dyn Application) -> [u8; 8] {
+    pub(super) fn sample(&self, pieces: &Pieces, app: &dyn Application) -> [u8; 8] {
         let mut data = [0; 8];
         let mut begin = 0;
         for piece in pieces {
@@ -207,7 +189,7 @@ impl Node {
     }
 
     /// 1800h:5 was written, or the PDO was sent.
-    pub(in crate::can_bus::canopen) fn restart_event_timer(&mut self, now: Instant, pdo: PdoNumber) {
+    pub(super) fn restart_event_timer(&mut self, now: Instant, pdo: PdoNumber) {
         let millis = self.values.tpdo(pdo).event_timer;
         let Some(tpdo) = self.tpdos.get_mut(pdo.place()) else { return };
         let runs = millis != 0 && tpdo.id.is_some() && tpdo.trigger.is_event();
