@@ -1,13 +1,16 @@
 //! Battery and speed: what is wrong now, what waits for a person, and what happened (manual 4.2, 4.4, 4.5.3).
 
+#![expect(clippy::use_self, reason = "in what the macro `bitflags` writes")]
+
 use core::fmt;
 
-use enumset::{EnumSet, EnumSetType};
+use enumflags2::{BitFlags, bitflags};
 use heapless::Vec;
 
 /// What can go wrong.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, EnumSetType)]
-#[enumset(no_super_impls, repr = "u8")]
+#[bitflags]
+#[repr(u8)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Fault {
     /// The battery is to be replaced: a warning.
     BatteryCritical,
@@ -82,9 +85,9 @@ pub enum Battery {
 /// All faults.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Faults {
-    present: EnumSet<Fault>,
+    present: BitFlags<Fault>,
     /// Errors nobody acknowledged, gone or not.
-    unread: EnumSet<Fault>,
+    unread: BitFlags<Fault>,
     log: Vec<Logged, { Fault::ALL.len() }>,
 }
 
@@ -102,8 +105,8 @@ impl Faults {
             return false;
         }
         match fault {
-            Fault::BatteryCritical => self.present -= Fault::BatteryEmpty,
-            Fault::BatteryEmpty => self.present -= Fault::BatteryCritical,
+            Fault::BatteryCritical => self.present.remove(Fault::BatteryEmpty),
+            Fault::BatteryEmpty => self.present.remove(Fault::BatteryCritical),
             Fault::Speed => {}
         }
         self.present |= fault;
@@ -118,7 +121,9 @@ impl Faults {
 
     /// The cause of a fault is gone. Says whether it was there.
     pub(super) fn end(&mut self, fault: Fault) -> bool {
-        self.present.remove(fault)
+        let was = self.has(fault);
+        self.present.remove(fault);
+        was
     }
 
     pub(super) fn has(&self, fault: Fault) -> bool {
@@ -142,16 +147,16 @@ impl Faults {
     /// What the battery's state and the display keep without supply: bits of faults present, of errors unread. What turns
     /// the shaft too fast does not outlast it.
     pub(super) fn kept(&self) -> [u8; 2] {
-        [self.present - Fault::Speed, self.unread].map(|faults| faults.as_repr())
+        [self.present & !Fault::Speed, self.unread].map(BitFlags::bits)
     }
 
     /// Takes over what was kept; bits of no fault are left out.
     pub(super) fn recall(&mut self, [present, unread]: [u8; 2]) {
-        for fault in EnumSet::from_repr_truncated(present) {
+        for fault in BitFlags::from_bits_truncate(present) {
             self.begin(fault);
         }
         self.unread =
-            EnumSet::from_repr_truncated(unread).iter().filter(|fault: &Fault| fault.is_error()).collect();
+            BitFlags::from_bits_truncate(unread).iter().filter(|fault: &Fault| fault.is_error()).collect();
     }
 
     /// Whether an error is on the display.
@@ -161,7 +166,7 @@ impl Faults {
 
     /// Whether the position may be wrong: an error is there or nobody acknowledged it.
     pub(super) fn is_position_invalid(&self) -> bool {
-        !(self.present | self.unread).is_disjoint(Fault::BatteryEmpty | Fault::Speed)
+        (self.present | self.unread).intersects(Fault::BatteryEmpty | Fault::Speed)
     }
 
     pub(super) fn any_unread(&self) -> bool {

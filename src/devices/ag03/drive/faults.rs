@@ -1,14 +1,17 @@
 //! Faults, their codes, and the fault buffer (manual chapter 5.2, `ag03.md` 10).
 
+#![expect(clippy::use_self, reason = "in what the macro `bitflags` writes")]
+
 use core::fmt;
 
-use enumset::{EnumSet, EnumSetType};
+use enumflags2::{BitFlags, bitflags};
 
 use crate::devices::ag03::param::Model;
 
 /// A fault of the manual's Table 2.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, EnumSetType)]
-#[enumset(no_ops, no_super_impls)]
+#[bitflags]
+#[repr(u16)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Fault {
     /// Supply below 18 V and motor current above 200 mA.
     A,
@@ -119,7 +122,7 @@ impl fmt::Display for Fault {
 }
 
 /// A set of faults, for example of the fault causes that are present; it goes through them in the order of their codes.
-pub type FaultSet = EnumSet<Fault>;
+pub type FaultSet = BitFlags<Fault>;
 
 /// The last ten faults and how many there were, PNU 945 and 952.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -384,7 +384,7 @@ impl Drive {
 
     /// Row 9: each cause once until it is acknowledged.
     fn enter_faults(&mut self, causes: FaultSet) {
-        for fault in causes - self.entered {
+        for fault in causes & !self.entered {
             self.faults.enter(fault);
             self.entered |= fault;
             self.latched = Some(fault);

@@ -3,9 +3,11 @@
 //! The real drive refuses silently. Here each refused request leaves one [`Refusal`], and the same list of conditions
 //! decides whether the request is accepted at all. A bus adds which of its bits are meant.
 
+#![expect(clippy::use_self, reason = "in what the macro `bitflags` writes")]
+
 use core::fmt;
 
-use enumset::{EnumSet, EnumSetType};
+use enumflags2::{BitFlags, bitflags};
 use strum::IntoStaticStr;
 
 use crate::devices::ag03::param::{Lengths, Model};
@@ -33,7 +35,7 @@ pub struct Refusal {
     pub loop_point: i32,
     /// The latched fault, or the one whose cause is still present.
     pub fault: Option<Fault>,
-    reasons: EnumSet<Reason>,
+    reasons: BitFlags<Reason>,
 }
 
 /// What was asked of the drive.
@@ -60,8 +62,9 @@ pub enum Request {
 }
 
 /// What stands against a request.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, EnumSetType, IntoStaticStr)]
-#[enumset(no_ops, no_super_impls)]
+#[bitflags]
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, IntoStaticStr)]
 #[non_exhaustive]
 pub enum Reason {
     /// The control has no supply. Always the only reason: the drive is not there to mind any other.
@@ -133,7 +136,7 @@ impl Refusal {
             lower_limit: 0,
             loop_point: 0,
             fault: None,
-            reasons: EnumSet::empty(),
+            reasons: BitFlags::EMPTY,
         }
     }
 
@@ -300,7 +303,7 @@ mod tests {
     #[test]
     fn every_reason_has_its_own_bit_and_text() {
         let mut texts = std::collections::BTreeSet::new();
-        for reason in EnumSet::<Reason>::all() {
+        for reason in BitFlags::<Reason>::ALL {
             let mut refusal = Refusal::new(Request::Inching1(Direction::Positive), Model::Ag03);
             refusal.note(reason, true);
             assert!(refusal.reasons().eq([reason]));
