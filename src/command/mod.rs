@@ -10,6 +10,7 @@ mod gsd;
 mod judge;
 mod line_file;
 mod log;
+#[cfg(feature = "manual")]
 mod manual;
 mod master;
 mod signals;
@@ -67,7 +68,9 @@ pub fn main() -> ExitCode {
         Command::Eds(args) => eds::eds(&args),
         Command::Encode(args) => encode::encode(&args),
         Command::Gsd(args) => gsd::gsd(&args),
+        #[cfg(feature = "manual")]
         Command::Completions(args) => manual::completions(args),
+        #[cfg(feature = "manual")]
         Command::Man(args) => manual::man(&args),
         Command::Judge(args) => {
             let outcome = judge::judge(&args);

@@ -41,7 +41,7 @@ mod left_behind;
 #[cfg(target_os = "linux")]
 mod line_file;
 mod log;
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "manual"))]
 mod manual;
 #[cfg(target_os = "linux")]
 mod master_can;

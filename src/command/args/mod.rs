@@ -9,6 +9,7 @@ mod encode;
 mod gsd;
 mod judge;
 mod link;
+#[cfg(feature = "manual")]
 mod manual;
 mod master;
 mod master_link;
@@ -35,6 +36,7 @@ pub(crate) use encode::{
 pub(crate) use gsd::{Check, Gsd};
 pub(crate) use judge::{Compare, Judge, JudgedStation, millis as judge_millis};
 pub(crate) use link::{BaudSpec, LinkSpec};
+#[cfg(feature = "manual")]
 pub(crate) use manual::{Completions, Man};
 #[cfg(test)]
 pub(crate) use master::Go;
@@ -81,7 +83,9 @@ pub(crate) enum Command {
     Eds(Eds),
     Gsd(Gsd),
     Judge(Box<Judge>),
+    #[cfg(feature = "manual")]
     Completions(Completions),
+    #[cfg(feature = "manual")]
     Man(Man),
 }
 
@@ -126,9 +130,9 @@ impl Args {
             | Command::Encode(_)
             | Command::Eds(_)
             | Command::Gsd(_)
-            | Command::Judge(_)
-            | Command::Completions(_)
-            | Command::Man(_) => self.verbosity,
+            | Command::Judge(_) => self.verbosity,
+            #[cfg(feature = "manual")]
+            Command::Completions(_) | Command::Man(_) => self.verbosity,
             // What it says is its result, and a failure its last line.
             Command::Master(_) => Verbosity { quiet: self.verbosity.verbose == 0, ..self.verbosity },
         }
@@ -145,9 +149,9 @@ impl Args {
             Command::Demo(_)
             | Command::Emulate(_)
             | Command::Eds(_)
-            | Command::Judge(_)
-            | Command::Completions(_)
-            | Command::Man(_) => false,
+            | Command::Judge(_) => false,
+            #[cfg(feature = "manual")]
+            Command::Completions(_) | Command::Man(_) => false,
         }
     }
 
@@ -158,9 +162,9 @@ impl Args {
             | Command::Decode(_)
             | Command::Encode(_)
             | Command::Eds(_)
-            | Command::Gsd(_)
-            | Command::Completions(_)
-            | Command::Man(_) => Ok(()),
+            | Command::Gsd(_) => Ok(()),
+            #[cfg(feature = "manual")]
+            Command::Completions(_) | Command::Man(_) => Ok(()),
             Command::Emulate(emulate) => emulate.check(),
             Command::Master(master) => master.check(),
             Command::Judge(judge) => judge.check(),
