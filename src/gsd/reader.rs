@@ -33,6 +33,7 @@ const MAX_DIAG_LEN: u8 = 244;
 /// Hints that are kept; a file that earns more of them is no better understood with them.
 const MAX_HINTS: usize = 1000;
 
+/// The device that the text of a file describes, with hints on what its author should mend.
 pub(super) fn read(text: &str, code_page: CodePage) -> Result<Gsd, ReadError> {
     let (lines, header, unclosed) = lines::lines(text).ok_or(ReadError::NoHeader)?;
     let mut reader = Reader::new(code_page, header);
@@ -47,6 +48,7 @@ pub(super) fn read(text: &str, code_page: CodePage) -> Result<Gsd, ReadError> {
     reader.end()
 }
 
+/// What was read so far.
 struct Reader {
     gsd: Gsd,
     header: Place,
