@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use crate::gsd::{Gsd, Level, Module, Parameter, Policy, PrmPart, Station};
+use crate::gsd::{DiagArea, DiagBit, Gsd, Level, Module, Parameter, Policy, PrmPart, Station};
 use crate::host::list::gsd_of_file;
 use crate::profibus::dp::IoLengths;
 use serde_json::{Value, json};
@@ -98,16 +98,14 @@ fn explain(out: &mut impl Write, gsd: &Gsd) -> io::Result<()> {
     }
     writeln!(out, "User parameters of the station, by default {}", hex(&gsd.default_user_prm(&[])))?;
     explain_part(out, gsd, &gsd.user_prm, "  ")?;
-    if !(gsd.diag_bits.is_empty() && gsd.diag_areas.is_empty() && gsd.channel_diag.is_empty()) {
+    let has_texts = !(gsd.diag_bits.is_empty() && gsd.diag_areas.is_empty());
+    if has_texts || !(gsd.diag_types.is_empty() && gsd.channel_diag.is_empty()) {
         writeln!(out, "Diagnosis")?;
     }
-    for bit in &gsd.diag_bits {
-        writeln!(out, "  bit {}{}: {}", bit.bit, if bit.inverted { " is 0" } else { "" }, bit.text)?;
-    }
-    for area in &gsd.diag_areas {
-        for (value, text) in &area.values {
-            writeln!(out, "  bits {}-{} = {value}: {text}", area.first, area.last)?;
-        }
+    explain_texts(out, &gsd.diag_bits, &gsd.diag_areas, "  ")?;
+    for status in &gsd.diag_types {
+        writeln!(out, "  status blocks of type {}", status.number)?;
+        explain_texts(out, &status.bits, &status.areas, "    ")?;
     }
     for (number, text) in &gsd.channel_diag {
         writeln!(out, "  channel error {number}: {text}")?;
@@ -116,6 +114,18 @@ fn explain(out: &mut impl Write, gsd: &Gsd) -> io::Result<()> {
         writeln!(out, "Odd")?;
     }
     gsd.hints.iter().try_for_each(|hint| writeln!(out, "  {hint}"))
+}
+
+fn explain_texts(out: &mut impl Write, bits: &[DiagBit], areas: &[DiagArea], indent: &str) -> io::Result<()> {
+    for bit in bits {
+        writeln!(out, "{indent}bit {}{}: {}", bit.bit, if bit.inverted { " is 0" } else { "" }, bit.text)?;
+    }
+    for area in areas {
+        for (value, text) in &area.values {
+            writeln!(out, "{indent}bits {}-{} = {value}: {text}", area.first, area.last)?;
+        }
+    }
+    Ok(())
 }
 
 fn explain_part(out: &mut impl Write, gsd: &Gsd, part: &PrmPart, indent: &str) -> io::Result<()> {
@@ -143,12 +153,9 @@ fn as_json(gsd: &Gsd) -> Value {
         .iter()
         .map(|slot| json!({ "number": slot.number, "name": slot.name, "references": slot.references }));
     let modules = gsd.modules.iter().map(|module| module_json(gsd, module));
-    let bits =
-        gsd.diag_bits.iter().map(|bit| json!({ "bit": bit.bit, "inverted": bit.inverted, "text": bit.text }));
-    let areas = gsd
-        .diag_areas
-        .iter()
-        .map(|area| json!({ "first": area.first, "last": area.last, "values": area.values }));
+    let types = gsd.diag_types.iter().map(|status| {
+        json!({ "type": status.number, "bits": bits_json(&status.bits), "areas": areas_json(&status.areas) })
+    });
     let hints = gsd.hints.iter().map(|hint| {
         json!({ "line": hint.place.line, "column": hint.place.column, "warning": hint.level == Level::Warning, "text": hint.text })
     });
@@ -177,11 +184,23 @@ fn as_json(gsd: &Gsd) -> Value {
         "parameters": part_json(gsd, &gsd.user_prm),
         "modules": modules.collect::<Vec<_>>(),
         "slots": slots.collect::<Vec<_>>(),
-        "diag_bits": bits.collect::<Vec<_>>(),
-        "diag_areas": areas.collect::<Vec<_>>(),
+        "diag_bits": bits_json(&gsd.diag_bits),
+        "diag_areas": areas_json(&gsd.diag_areas),
+        "diag_types": types.collect::<Vec<_>>(),
         "channel_diag": gsd.channel_diag,
         "hints": hints.collect::<Vec<_>>(),
     })
+}
+
+fn bits_json(bits: &[DiagBit]) -> Value {
+    bits.iter().map(|bit| json!({ "bit": bit.bit, "inverted": bit.inverted, "text": bit.text })).collect()
+}
+
+fn areas_json(areas: &[DiagArea]) -> Value {
+    areas
+        .iter()
+        .map(|area| json!({ "first": area.first, "last": area.last, "values": area.values }))
+        .collect()
 }
 
 fn module_json(gsd: &Gsd, module: &Module) -> Value {

@@ -53,7 +53,7 @@ pub use layout::Placed;
 pub use master::MasterGsd;
 pub use module::{Module, Slot};
 pub use parameter::{Allowed, FieldType, Parameter, PrmPart, Reference};
-pub use raised::{ChannelFault, ModuleState, RaiseError, Raised};
+pub use raised::{ChannelFault, ModuleState, RaiseError, Raised, Status};
 pub use station::{Contradiction, NotPluggable, Policy, Station};
 pub use text::CodePage;
 

@@ -5,6 +5,7 @@
 //!             are type A1h, slot 0 and specifier 0 where no text lies in them
 //! identifier  header, one bit for each identifier of the configuration
 //! status      header, 82h, slot 0, specifier 0, two bits for each slot
+//! other       header, type, slot 0, specifier 0, bits of X_Unit_Diag_Bit and X_Unit_Diag_Area from bit 24 on
 //! channel     three octets each
 //! ```
 
@@ -12,7 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use thiserror::Error;
 
-use super::{Gsd, Placed};
+use super::{DiagArea, DiagBit, Gsd, Placed};
 use crate::profibus::dp::ExtDiag;
 use crate::profibus::dp::ext_diag::{Block, BlockError, Channel, ChannelError, Direction, Width};
 
@@ -32,6 +33,8 @@ pub struct Raised {
     pub bits: BTreeSet<u16>,
     /// Unit_Diag_Area: by its first bit, the value.
     pub areas: BTreeMap<u16, u32>,
+    /// Status blocks of a UnitDiagType, by its number.
+    pub statuses: BTreeMap<u8, Status>,
     /// Slots of the identifier-related diagnosis.
     pub identifiers: BTreeSet<u16>,
     /// Slots of the module status.
@@ -40,6 +43,16 @@ pub struct Raised {
     pub channels: Vec<ChannelFault>,
     /// Stat_Diag: the inputs are not valid.
     pub not_valid: bool,
+}
+
+/// What a status block of a UnitDiagType reports. Bits count from the octet behind the header, so that the first are those
+/// of type, slot and specifier.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Status {
+    /// X_Unit_Diag_Bit: the bits whose text applies. An inverted one is 0 then, else 1.
+    pub bits: BTreeSet<u16>,
+    /// X_Unit_Diag_Area: by its first bit, the value.
+    pub areas: BTreeMap<u16, u32>,
 }
 
 /// The module status of a slot.
@@ -107,12 +120,18 @@ pub enum RaiseError {
         most: u16,
     },
     /// An area that the file does not have, or a value that does not fit.
-    #[error("the file has no Unit_Diag_Area from bit {first} on that holds {value}")]
+    #[error("the file has no area of bits from bit {first} on that holds {value}")]
     Area {
         /// Its first bit.
         first: u16,
         /// The value.
         value: u32,
+    },
+    /// A type of status that the file does not have.
+    #[error("the file has no UnitDiagType {got}")]
+    Status {
+        /// The type.
+        got: u8,
     },
     /// A block that cannot be written.
     #[error("{0}")]
@@ -140,6 +159,10 @@ impl Raised {
         if !(self.bits.is_empty() && self.areas.is_empty()) {
             diagnosis.push(Block::Device(&self.device(gsd)?))?;
         }
+        for (number, status) in &self.statuses {
+            let (prefix, texts) = ([*number, 0, 0], Texts::of_type(gsd, *number)?);
+            diagnosis.push(Block::Device(&texts.octets(&prefix, &status.bits, &status.areas)?))?;
+        }
         if !self.identifiers.is_empty() {
             let most = layout.iter().map(|placed| placed.identifiers.end).max().unwrap_or(0);
             let mut octets = vec![0; most.div_ceil(8).clamp(1, MAX_BLOCK)];
@@ -165,14 +188,11 @@ impl Raised {
     /// What is raised, in the texts of the file where it has some.
     pub(crate) fn words(&self, gsd: &Gsd, layout: &[Placed]) -> Vec<String> {
         let mut words = Vec::new();
-        for bit in &self.bits {
-            let text = gsd.diag_bits.iter().find(|known| known.bit == *bit).map(|known| known.text.as_str());
-            words.push(text.map_or_else(|| format!("bit {bit}"), Into::into));
-        }
-        for (first, value) in &self.areas {
-            let area = gsd.diag_areas.iter().find(|area| area.first == *first);
-            let text = area.and_then(|area| area.values.iter().find(|text| text.0 == i64::from(*value)));
-            words.push(text.map_or_else(|| format!("value {value} from bit {first}"), |text| text.1.clone()));
+        Texts::of_device(gsd).words(&self.bits, &self.areas, &mut words);
+        for (number, status) in &self.statuses {
+            if let Ok(texts) = Texts::of_type(gsd, *number) {
+                texts.words(&status.bits, &status.areas, &mut words);
+            }
         }
         let named = |slot: &u16| {
             let name = placed(layout, *slot).map(|placed| placed.name(gsd)).unwrap_or_default();
@@ -195,39 +215,8 @@ impl Raised {
     /// The device-related block without its header.
     fn device(&self, gsd: &Gsd) -> Result<Vec<u8>, RaiseError> {
         let typed = gsd.flags.dpv1 && gsd.diag_bits.iter().all(|bit| usize::from(bit.bit) >= TYPED_LEN * 8);
-        let mut octets = vec![0; MAX_BLOCK];
-        let mut used = if typed { TYPED_LEN } else { 1 };
-        if let (true, Some(first)) = (typed, octets.first_mut()) {
-            *first = MANUFACTURER_STATUS;
-        }
-        for bit in gsd.diag_bits.iter().filter(|bit| bit.inverted && !self.bits.contains(&bit.bit)) {
-            set(&mut octets, bit.bit.into());
-            used = used.max(usize::from(bit.bit) / 8 + 1);
-        }
-        for got in &self.bits {
-            if usize::from(*got) >= MAX_BLOCK * 8 {
-                let most = u16::try_from(MAX_BLOCK * 8 - 1).unwrap_or(u16::MAX);
-                return Err(RaiseError::Bit { got: *got, most });
-            }
-            if !gsd.diag_bits.iter().any(|bit| bit.bit == *got && bit.inverted) {
-                set(&mut octets, (*got).into());
-            }
-            used = used.max(usize::from(*got) / 8 + 1);
-        }
-        for (first, value) in &self.areas {
-            let wrong = RaiseError::Area { first: *first, value: *value };
-            let area = gsd.diag_areas.iter().find(|area| area.first == *first).ok_or(wrong)?;
-            let bits = u32::from(area.last - area.first) + 1;
-            if u64::from(*value) >> bits.min(32) != 0 || usize::from(area.last) >= MAX_BLOCK * 8 {
-                return Err(wrong);
-            }
-            for bit in (0..bits.min(32)).filter(|bit| value >> bit & 1 == 1) {
-                set(&mut octets, usize::from(*first) + usize::try_from(bit).unwrap_or_default());
-            }
-            used = used.max(usize::from(area.last) / 8 + 1);
-        }
-        octets.truncate(used.min(MAX_BLOCK));
-        Ok(octets)
+        let prefix: &[u8] = if typed { &[MANUFACTURER_STATUS, 0, 0] } else { &[0] };
+        Texts::of_device(gsd).octets(prefix, &self.bits, &self.areas)
     }
 
     /// The module status without its header.
@@ -241,6 +230,81 @@ impl Raised {
                 set(&mut octets, TYPED_LEN * 8 + place * 2 + bit);
             }
         }
+        Ok(octets)
+    }
+}
+
+/// The texts that a file has for the bits of one block.
+struct Texts<'a> {
+    bits: &'a [DiagBit],
+    areas: &'a [DiagArea],
+}
+
+impl<'a> Texts<'a> {
+    fn of_device(gsd: &'a Gsd) -> Self {
+        Self { bits: &gsd.diag_bits, areas: &gsd.diag_areas }
+    }
+
+    fn of_type(gsd: &'a Gsd, number: u8) -> Result<Self, RaiseError> {
+        let known = gsd.diag_types.iter().find(|known| known.number == number);
+        let known = known.ok_or(RaiseError::Status { got: number })?;
+        Ok(Self { bits: &known.bits, areas: &known.areas })
+    }
+
+    fn area(&self, first: u16) -> Option<&'a DiagArea> {
+        self.areas.iter().find(|area| area.first == first)
+    }
+
+    fn words(&self, bits: &BTreeSet<u16>, areas: &BTreeMap<u16, u32>, words: &mut Vec<String>) {
+        for bit in bits {
+            let text = self.bits.iter().find(|known| known.bit == *bit).map(|known| known.text.as_str());
+            words.push(text.map_or_else(|| format!("bit {bit}"), Into::into));
+        }
+        for (first, value) in areas {
+            let text = self
+                .area(*first)
+                .and_then(|area| area.values.iter().find(|text| text.0 == i64::from(*value)));
+            words.push(text.map_or_else(|| format!("value {value} from bit {first}"), |text| text.1.clone()));
+        }
+    }
+
+    /// A block without its header: it begins with `prefix`, and is as long as what is raised.
+    fn octets(
+        &self,
+        prefix: &[u8],
+        bits: &BTreeSet<u16>,
+        areas: &BTreeMap<u16, u32>,
+    ) -> Result<Vec<u8>, RaiseError> {
+        let mut octets = prefix.to_vec();
+        octets.resize(MAX_BLOCK, 0);
+        let mut used = prefix.len();
+        for bit in self.bits.iter().filter(|bit| bit.inverted && !bits.contains(&bit.bit)) {
+            set(&mut octets, bit.bit.into());
+            used = used.max(usize::from(bit.bit) / 8 + 1);
+        }
+        for got in bits {
+            if usize::from(*got) >= MAX_BLOCK * 8 {
+                let most = u16::try_from(MAX_BLOCK * 8 - 1).unwrap_or(u16::MAX);
+                return Err(RaiseError::Bit { got: *got, most });
+            }
+            if !self.bits.iter().any(|bit| bit.bit == *got && bit.inverted) {
+                set(&mut octets, (*got).into());
+            }
+            used = used.max(usize::from(*got) / 8 + 1);
+        }
+        for (first, value) in areas {
+            let wrong = RaiseError::Area { first: *first, value: *value };
+            let area = self.area(*first).ok_or(wrong)?;
+            let width = u32::from(area.last - area.first) + 1;
+            if u64::from(*value) >> width.min(32) != 0 || usize::from(area.last) >= MAX_BLOCK * 8 {
+                return Err(wrong);
+            }
+            for bit in (0..width.min(32)).filter(|bit| value >> bit & 1 == 1) {
+                set(&mut octets, usize::from(*first) + usize::try_from(bit).unwrap_or_default());
+            }
+            used = used.max(usize::from(area.last) / 8 + 1);
+        }
+        octets.truncate(used.min(MAX_BLOCK));
         Ok(octets)
     }
 }
@@ -313,6 +377,7 @@ mod tests {
             modules: [(1, ModuleState::Wrong)].into(),
             channels: vec![channel],
             areas: [(4, 5)].into(),
+            statuses: [].into(),
             not_valid: true,
         };
         let station = station(MODULAR);
@@ -340,6 +405,22 @@ mod tests {
         let raised = Raised { bits: [24].into(), ..Raised::default() };
         let diagnosis = raised.blocks(station.gsd(), &station.layout(&[0x10])).unwrap();
         assert_eq!(diagnosis.octets(), [0x05, 0xA1, 0, 0, 0x01]);
+    }
+
+    #[test]
+    fn a_status_block_has_the_texts_of_its_unit_diag_type() {
+        let station = station(
+            "#Profibus_DP\nIdent_Number=1\nUnitDiagType=161\nX_Unit_Diag_Bit(24)=\"door\"\nX_Unit_Diag_Area=28-31\n\
+             X_Value(0)=\"cold\"\nX_Value(3)=\"hot\"\nX_Unit_Diag_Area_End\nEndUnitDiagType\n\
+             Module=\"a\" 0x10\nEndModule\n",
+        );
+        let (gsd, layout) = (station.gsd(), station.layout(&[0x10]));
+        let status = Status { bits: [24].into(), areas: [(28, 3)].into() };
+        let raised = Raised { statuses: [(161, status.clone())].into(), ..Raised::default() };
+        assert_eq!(raised.blocks(gsd, &layout).unwrap().octets(), [0x05, 0xA1, 0, 0, 0x31]);
+        assert_eq!(raised.words(gsd, &layout), ["door", "hot"]);
+        let unknown = Raised { statuses: [(162, status)].into(), ..Raised::default() };
+        assert_eq!(unknown.blocks(gsd, &layout), Err(RaiseError::Status { got: 162 }));
     }
 
     #[test]

@@ -146,10 +146,7 @@ impl Args {
             Command::Encode(encode) => encode.json,
             // Each line of its input has its object, with what is wrong in it.
             Command::Decode(_) => false,
-            Command::Demo(_)
-            | Command::Emulate(_)
-            | Command::Eds(_)
-            | Command::Judge(_) => false,
+            Command::Demo(_) | Command::Emulate(_) | Command::Eds(_) | Command::Judge(_) => false,
             #[cfg(feature = "manual")]
             Command::Completions(_) | Command::Man(_) => false,
         }

@@ -179,7 +179,10 @@ impl Reader {
     }
 
     pub(super) fn in_area(&mut self, line: &Statement<'_>) -> bool {
-        let Some(area) = self.area.as_mut().filter(|_| line.keyword == "value") else { return false };
+        let Some(area) = self.area.as_mut().filter(|_| matches!(line.keyword.as_str(), "value" | "x_value"))
+        else {
+            return false;
+        };
         if let (Some(value), Some(text)) = (line.argument, line.text()) {
             area.values.push((value, trimmed(text)));
         }

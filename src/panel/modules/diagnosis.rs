@@ -1,9 +1,11 @@
 //! A diagnosis that is raised by hand.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 use super::super::problem::Problem;
-use crate::gsd::{ChannelFault, Gsd, ModuleState, Raised};
+use crate::gsd::{ChannelFault, DiagArea, DiagBit, Gsd, ModuleState, Raised, Status};
 use crate::profibus::dp;
 use crate::profibus::dp::ext_diag::{ChannelError, Direction, ExtDiag, Width};
 
@@ -31,6 +33,8 @@ pub(in crate::panel) struct RaisedDiagnosis {
     bits: Vec<u16>,
     /// Unit_Diag_Area.
     areas: Vec<RaisedArea>,
+    /// Status blocks of the types that the file has texts for (UnitDiagType).
+    statuses: Vec<RaisedStatus>,
     /// Slots of the identifier-related diagnosis.
     identifiers: Vec<u16>,
     /// The module status.
@@ -49,6 +53,23 @@ struct RaisedArea {
     /// The first bit of the area.
     first_bit: u16,
     value: u32,
+}
+
+/// A status block. Bits count from the octet behind its header: those of the block begin with 24.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
+#[serde(deny_unknown_fields)]
+struct RaisedStatus {
+    /// The number of the UnitDiagType.
+    #[serde(rename = "type")]
+    number: u8,
+    /// X_Unit_Diag_Bit: the bits whose text applies.
+    #[serde(default)]
+    #[cfg_attr(test, schema(max_items = 496))]
+    bits: Vec<u16>,
+    /// X_Unit_Diag_Area.
+    #[serde(default)]
+    areas: Vec<RaisedArea>,
 }
 
 /// The module status of a slot.
@@ -83,9 +104,15 @@ impl RaisedDiagnosis {
         };
         let module = |(slot, state): (&u16, &ModuleState)| RaisedModule { slot: *slot, state: *state };
         let area = |(first_bit, value): (&u16, &u32)| RaisedArea { first_bit: *first_bit, value: *value };
+        let status = |(number, status): (&u8, &Status)| RaisedStatus {
+            number: *number,
+            bits: status.bits.iter().copied().collect(),
+            areas: status.areas.iter().map(area).collect(),
+        };
         Self {
             bits: raised.bits.iter().copied().collect(),
             areas: raised.areas.iter().map(area).collect(),
+            statuses: raised.statuses.iter().map(status).collect(),
             identifiers: raised.identifiers.iter().copied().collect(),
             modules: raised.modules.iter().map(module).collect(),
             channels: raised.channels.iter().map(channel).collect(),
@@ -106,13 +133,24 @@ impl RaisedDiagnosis {
         };
         Ok(Raised {
             bits: self.bits.iter().copied().collect(),
-            areas: self.areas.iter().map(|area| (area.first_bit, area.value)).collect(),
+            areas: values(&self.areas),
+            statuses: self.statuses.iter().map(|status| (status.number, status.status())).collect(),
             identifiers: self.identifiers.iter().copied().collect(),
             modules: self.modules.iter().map(|module| (module.slot, module.state)).collect(),
             channels: self.channels.iter().map(channel).collect::<Result<_, _>>()?,
             not_valid: self.not_valid,
         })
     }
+}
+
+impl RaisedStatus {
+    fn status(&self) -> Status {
+        Status { bits: self.bits.iter().copied().collect(), areas: values(&self.areas) }
+    }
+}
+
+fn values(areas: &[RaisedArea]) -> BTreeMap<u16, u32> {
+    areas.iter().map(|area| (area.first_bit, area.value)).collect()
 }
 
 impl Diagnosis {
@@ -135,6 +173,8 @@ impl Diagnosis {
 pub(in crate::panel) struct Possible {
     bits: Vec<TextOf>,
     areas: Vec<TextsOfArea>,
+    /// Status blocks of the types of the file (UnitDiagType).
+    statuses: Vec<TextsOfStatus>,
     /// The errors of channels, those of the standard first.
     channel_errors: Vec<TextOf>,
 }
@@ -156,20 +196,38 @@ struct TextsOfArea {
     values: Vec<TextOf>,
 }
 
+/// The texts of a status block.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
+struct TextsOfStatus {
+    #[serde(rename = "type")]
+    number: u8,
+    bits: Vec<TextOf>,
+    areas: Vec<TextsOfArea>,
+}
+
 impl Possible {
     pub(super) fn of(gsd: &Gsd) -> Self {
         let text = |number: i64, text: &str| TextOf { number, text: text.into() };
         let standard = (1..=9).filter_map(ChannelError::numbered);
         let standard = standard.filter_map(|error| Some(text(error.number().into(), error.words()?)));
         let own = gsd.channel_diag.iter().map(|(number, words)| text((*number).into(), words));
-        let areas = gsd.diag_areas.iter().map(|area| TextsOfArea {
+        let bits = |bits: &[DiagBit]| bits.iter().map(|bit| text(bit.bit.into(), &bit.text)).collect();
+        let area = |area: &DiagArea| TextsOfArea {
             first_bit: area.first,
             last_bit: area.last,
             values: area.values.iter().map(|(value, words)| text(*value, words)).collect(),
+        };
+        let areas = |areas: &[DiagArea]| areas.iter().map(area).collect();
+        let statuses = gsd.diag_types.iter().map(|status| TextsOfStatus {
+            number: status.number,
+            bits: bits(&status.bits),
+            areas: areas(&status.areas),
         });
         Self {
-            bits: gsd.diag_bits.iter().map(|bit| text(bit.bit.into(), &bit.text)).collect(),
-            areas: areas.collect(),
+            bits: bits(&gsd.diag_bits),
+            areas: areas(&gsd.diag_areas),
+            statuses: statuses.collect(),
             channel_errors: standard.chain(own).collect(),
         }
     }

@@ -44,11 +44,15 @@ export class Diagnosis {
   }
 
   /** What the GSD has texts for. */
-  #offer({ bits, areas, channel_errors: errors }) {
+  #offer({ bits, areas, statuses, channel_errors: errors }) {
     const option = (value, text) => html("option", { value }, text);
-    this.#bits.replaceChildren(...bits.map(({ number, text }) => option(number, `${number}: ${text}`)));
-    this.#bits.hidden = bits.length === 0;
-    const values = areas.flatMap(({ first_bit: first, values }) => values.map(({ number, text }) => option(`${first} ${number}`, `from bit ${first}: ${text}`)));
+    const blocks = [{ type: "", bits, areas }, ...statuses].map((block) => ({ ...block, title: block.type === "" ? "" : `status ${block.type}, ` }));
+    const texts = blocks.flatMap(({ type, title, bits }) => bits.map(({ number, text }) => option(`${type} ${number}`, `${title}${number}: ${text}`)));
+    this.#bits.replaceChildren(...texts);
+    this.#bits.hidden = texts.length === 0;
+    const values = blocks.flatMap(({ type, title, areas }) =>
+      areas.flatMap(({ first_bit: first, values }) => values.map(({ number, text }) => option(`${type} ${first} ${number}`, `${title}from bit ${first}: ${text}`))),
+    );
     this.#areas.replaceChildren(option("", "no number"), ...values);
     this.#areas.hidden = values.length === 0;
     this.#error.replaceChildren(option("", "none"), ...errors.map(({ number, text }) => option(number, `${number}: ${text}`)));
@@ -78,11 +82,17 @@ export class Diagnosis {
   /** As it is in the form: nothing else stays raised. */
   #raise() {
     const slot = Number(this.#slot.value);
-    const [first, value] = this.#areas.value.split(" ").map(Number);
+    const chosen = [...this.#bits.selectedOptions].map(({ value }) => value.split(" "));
+    const [area, first, value] = this.#areas.value.split(" ");
+    const block = (type) => ({
+      bits: chosen.filter(([of]) => of === type).map(([, number]) => Number(number)),
+      areas: area === type && value !== undefined ? [{ first_bit: Number(first), value: Number(value) }] : [],
+    });
+    const types = new Set([...chosen.map(([type]) => type), area].filter((type) => type !== ""));
     const [direction, width] = [this.#direction.value, this.#width.value];
     this.#act("PUT", {
-      bits: [...this.#bits.selectedOptions].map(({ value }) => Number(value)),
-      areas: this.#areas.value === "" ? [] : [{ first_bit: first, value }],
+      ...block(""),
+      statuses: [...types].map((type) => ({ type: Number(type), ...block(type) })),
       modules: this.#module.value === "" ? [] : [{ slot, state: this.#module.value }],
       identifiers: this.#identifier.checked ? [slot] : [],
       channels: this.#error.value === "" ? [] : [{ slot, channel: this.#channel.valueAsNumber, direction, width, error: Number(this.#error.value) }],
