@@ -59,6 +59,7 @@ pub use text::CodePage;
 
 use std::collections::BTreeMap;
 
+use crate::profibus::dp::IoLengths;
 use crate::profibus::fdl::Rates;
 
 /// The longest file that is read, in octets. The longest one known has 256 kB.
@@ -205,10 +206,25 @@ impl Gsd {
 
     /// Whether its modules are a choice. If not, all of them in the order of the file are the only configuration.
     ///
-    /// More modules than Max_Module are a choice whatever Modular_Station says (G-03).
+    /// More modules than Max_Module are a choice whatever Modular_Station says (G-03), and so are modules that have more
+    /// octets together than the station.
     pub(crate) fn is_modular(&self) -> bool {
         let too_many = |most: u16| self.modules.len() > usize::from(most.max(1));
-        self.flags.modular || self.max_module.is_some_and(too_many)
+        self.flags.modular || self.max_module.is_some_and(too_many) || self.are_alternatives()
+    }
+
+    fn are_alternatives(&self) -> bool {
+        let sum = |of: fn(&IoLengths) -> u8| -> usize {
+            self.modules.iter().map(|module| usize::from(of(&module.lengths))).sum()
+        };
+        let (inputs, outputs) = (sum(|lengths| lengths.inputs), sum(|lengths| lengths.outputs));
+        let most = [
+            (inputs, self.max_input_len),
+            (outputs, self.max_output_len),
+            (inputs + outputs, self.max_data_len),
+        ];
+        let is_over = |(got, most): &(usize, Option<u16>)| most.is_some_and(|most| *got > usize::from(most));
+        self.modules.len() > 1 && most.iter().any(is_over)
     }
 
     /// The default of the user parameters for these modules: the station's part, then those of the modules.

@@ -108,6 +108,16 @@ fn case_2_a_compact_station_of_two_modules_is_both_in_order() {
 }
 
 #[test]
+fn modules_that_have_more_octets_together_than_a_compact_station_are_alternatives() {
+    let modules = "Module=\"16 octets\" 0x3F\nEndModule\nModule=\"12 octets\" 0x3B\nEndModule\n";
+    let alternatives = [(&[0x3F][..], "ok"), (&[0x3B], "ok"), (&[0x3F, 0x3B], "CF"), (&[0x3B, 0x3B], "CF")];
+    let gsd = read(&format!("Max_Input_Len=20\nMax_Output_Len=20\n{modules}"));
+    configurations(&gsd, Policy::PROPOSED, &alternatives);
+    let gsd = read(&format!("Max_Input_Len=28\nMax_Output_Len=28\nMax_Data_Len=56\n{modules}"));
+    configurations(&gsd, Policy::PROPOSED, &[(&[0x3F, 0x3B], "ok"), (&[0x3F], "CF")]);
+}
+
+#[test]
 fn case_3_every_split_into_modules_is_found() {
     let gsd = read(&format!("{SPLIT}{MODULES}"));
     configurations(
