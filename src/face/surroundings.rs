@@ -4,6 +4,7 @@
 //! A host that shows or changes them knows no device: it asks which there are.
 
 use core::fmt;
+use core::time::Duration;
 
 use heapless::{String, Vec};
 
@@ -118,7 +119,12 @@ pub enum Glow {
     /// Lit.
     On,
     /// Blinks without end.
-    Blinking,
+    Blinking {
+        /// How long it is lit.
+        on: Duration,
+        /// How long it is dark.
+        off: Duration,
+    },
     /// Blinks so many times, then pauses: the code of a fault.
     Code(u8),
     /// In turn with another one.
@@ -130,7 +136,8 @@ impl fmt::Display for Glow {
         match self {
             Self::Off => f.write_str("off"),
             Self::On => f.write_str("on"),
-            Self::Blinking => f.write_str("blinking"),
+            Self::Blinking { on, off } if on < off => f.write_str("flashing"),
+            Self::Blinking { .. } => f.write_str("blinking"),
             Self::Code(times) => write!(f, "blinking {times} times"),
             Self::Alternating => f.write_str("alternating"),
         }

@@ -87,8 +87,8 @@ export class Device {
     }
   }
 
-  #follow({ led, glow, blinks }) {
-    const does = `${glow} ${blinks}`;
+  #follow({ led, glow, blinks, on_milliseconds: on, off_milliseconds: off }) {
+    const does = `${glow} ${blinks} ${on} ${off}`;
     if (this.#rhythms.get(led)?.does !== does) this.#rhythms.set(led, { does, since: this.#seen });
   }
 
@@ -96,9 +96,10 @@ export class Device {
     const lamp = html("span", { class: "lamp", "aria-hidden": "true", "data-lamp": name });
     const text = html("span");
     this.#lamps.set(name, lamp);
-    const show = ({ colour, glow, blinks, text: meaning }) => {
+    const show = ({ colour, glow, blinks, on_milliseconds: on, off_milliseconds: off, text: meaning }) => {
       mark(lamp, "data-colour", colour ?? name.split(" ").at(-1));
-      const does = glow === "blinking" && blinks > 0 ? `blinks ${blinks} ${blinks === 1 ? "time" : "times"}` : glow;
+      const without = on < off ? "flashing" : glow;
+      const does = glow === "blinking" && blinks > 0 ? `blinks ${blinks} ${blinks === 1 ? "time" : "times"}` : without;
       say(text, `${name}: ${meaning ?? does}`);
     };
     return { element: html("li", {}, lamp, text), show };

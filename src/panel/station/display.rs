@@ -1,5 +1,7 @@
 //! What a person sees of a station as JSON.
 
+use core::time::Duration;
+
 use serde::Serialize;
 
 use super::FaultNow;
@@ -34,6 +36,12 @@ struct Led {
     glow: GlowName,
     /// How often it blinks before the pause: the code of a fault; 0 unless it does.
     blinks: u8,
+    /// How long it is lit each time, if it blinks without end.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    on_milliseconds: Option<u64>,
+    /// How long it is dark each time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    off_milliseconds: Option<u64>,
     /// What that means.
     #[serde(skip_serializing_if = "Option::is_none")]
     text: Option<String>,
@@ -54,7 +62,7 @@ impl Led {
         let (glow, blinks, text) = match led.glow {
             Glow::Off => (GlowName::Off, 0, None),
             Glow::On => (GlowName::On, 0, None),
-            Glow::Blinking => (GlowName::Blinking, 0, None),
+            Glow::Blinking { .. } => (GlowName::Blinking, 0, None),
             Glow::Alternating => (GlowName::Blinking, 0, Some("alternates: reset".into())),
             Glow::Code(blinks) => {
                 let times = if blinks == 1 { "blink" } else { "blinks" };
@@ -63,8 +71,16 @@ impl Led {
             }
         };
         let colour = led.name.rsplit_once(' ').map_or(led.name, |(_, colour)| colour);
-        Self { led: led.name, colour, glow, blinks, text }
+        let (on_milliseconds, off_milliseconds) = match led.glow {
+            Glow::Blinking { on, off } => (Some(millis(on)), Some(millis(off))),
+            Glow::Off | Glow::On | Glow::Alternating | Glow::Code(_) => (None, None),
+        };
+        Self { led: led.name, colour, glow, blinks, on_milliseconds, off_milliseconds, text }
     }
+}
+
+fn millis(time: Duration) -> u64 {
+    u64::try_from(time.as_millis()).unwrap_or(u64::MAX)
 }
 
 impl Display {

@@ -1,6 +1,6 @@
 //! What surrounds the drive, and what is seen of it.
 
-use super::Ag03Node;
+use super::{Ag03Node, BLINK, STOPPED_DARK};
 use crate::can_bus::canopen::{Address, NmtState};
 use crate::devices::ag03::drive::{Inputs, Mode};
 use crate::devices::ag03::param::Model;
@@ -31,7 +31,8 @@ impl BehindBus for Ag03Node {
     fn bus_led(&self) -> Glow {
         match self.nmt_state() {
             None => Glow::Off,
-            Some(NmtState::PreOperational | NmtState::Stopped) => Glow::Blinking,
+            Some(NmtState::PreOperational) => Glow::Blinking { on: BLINK, off: BLINK },
+            Some(NmtState::Stopped) => Glow::Blinking { on: BLINK, off: STOPPED_DARK },
             Some(NmtState::Operational) => Glow::On,
         }
     }
@@ -59,10 +60,25 @@ impl BehindBus for Ag03Node {
 mod tests {
     use super::super::Config;
     use super::*;
-    use crate::can_bus::canopen::NodeId;
+    use crate::can_bus::can::Frame;
+    use crate::can_bus::canopen::{NodeId, cob_id};
     use crate::devices::CanopenDevice;
     use crate::face::surroundings::{Declined, InputKind, Level};
     use crate::face::{Surroundings, Why};
+
+    /// CN-42.
+    #[test]
+    fn the_bus_led_tells_pre_operational_stopped_and_operational_apart() {
+        let mut node = Ag03Node::new(Config::new(NodeId::MIN), Instant::ZERO);
+        let mut glows = std::vec::Vec::new();
+        for command in [None, Some([2, 0]), Some([1, 0])] {
+            if let Some(command) = command {
+                node.handle_frame(Instant::ZERO, &Frame::with(cob_id::NMT_ID, command));
+            }
+            glows.push(node.bus_led().to_string());
+        }
+        assert_eq!(glows, ["blinking", "flashing", "on"]);
+    }
 
     #[test]
     fn each_input_is_set_and_read_back_and_nominal_is_as_made() {

@@ -1,5 +1,7 @@
 //! What surrounds the indicator, and what is seen of it.
 
+use core::time::Duration;
+
 use super::{Ap10, Power};
 use crate::can_bus::canopen::Address;
 use crate::devices::ap10::{Arrow, Display, Fault, Key, Light, Setting, StatusBit, Turns};
@@ -122,10 +124,13 @@ impl Surroundings for Ap10 {
     }
 }
 
+/// How long an LED is lit and dark; the manual does not say it.
+const BLINK: Duration = Duration::from_millis(250);
+
 const fn glow(light: Light) -> Glow {
     match light {
         Light::Off => Glow::Off,
-        Light::Blinking => Glow::Blinking,
+        Light::Blinking => Glow::Blinking { on: BLINK, off: BLINK },
         Light::Steady => Glow::On,
     }
 }
