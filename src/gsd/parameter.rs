@@ -152,6 +152,7 @@ impl fmt::Display for Allowed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Any => f.write_str("any value"),
+            Self::Range(least, most) if least == most => write!(f, "{least}"),
             Self::Range(least, most) => write!(f, "{least}..{most}"),
             Self::Set(values) => {
                 for (place, value) in values.iter().enumerate() {

@@ -156,7 +156,9 @@ impl<'a> Splitter<'a> {
     fn explain(&self, at: usize, slot: usize) -> Stuck {
         let number = slot + usize::from(self.gsd.slot_offset);
         if slot >= self.slots {
-            let words = format!("the station takes {} modules (Max_Module): take the others out", self.slots);
+            let modules = if self.slots == 1 { "module" } else { "modules" };
+            let words =
+                format!("the station takes {} {modules} (Max_Module): take the others out", self.slots);
             return Stuck { index: at, expected: None, words };
         }
         let fixed = self.fixed.get(slot).and_then(|fixed| self.gsd.modules.get(*fixed));

@@ -434,6 +434,11 @@ fn a_keyword_that_is_nearly_one_is_asked_about() {
             "'Max_Inputs_Len' is no keyword and has no effect; did you mean Max_Input_Len?",
         ),
         ("Failsafe = 1", "'Failsafe' is no keyword and has no effect; did you mean Fail_Safe?"),
+        ("Prm_Text_Ref = 1", "'Prm_Text_Ref' has no effect outside of its block"),
+        (
+            "ExtUserPrmData = 1 \"q\"\nUnsigned8 1 4-1\nEndExtUserPrmData",
+            "parameter 'q': no value lies between the limits 4 and 1",
+        ),
     ] {
         let gsd = read(&format!("{line}\nModule=\"a\" 0x10\nEndModule\n"));
         let warnings: Vec<_> = gsd.hints.iter().filter(|hint| hint.level == Level::Warning).collect();

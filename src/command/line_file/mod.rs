@@ -39,7 +39,7 @@ pub(crate) fn read(file: &Path) -> Result<LinesPlan, Failure> {
 }
 
 fn plan(text: &str, folder: &Path) -> Result<LinesPlan, Wrong> {
-    let file: LineFile = toml::from_str(text).map_err(|error| Wrong::of_toml(&error))?;
+    let file: LineFile = toml::from_str(text).map_err(|error| Wrong::of_toml(&error, text))?;
     if file.line.is_empty() {
         return Err(Wrong::at(0..0, "there is no line; expected a table [[line]]"));
     }
@@ -134,7 +134,7 @@ mod tests {
             (line("buad = 500000"), "3, column 1", "did you mean `baud`?"),
             (line("baud = 500001"), "3, column 8", "12000000"),
             (line("baud = ["), "3, column", ""),
-            (line("slot-time = 'x'"), "3, column 13", "expected u16"),
+            (line("slot-time = 'x'"), "3, column 13", "expected a whole number, got the text \"x\""),
             (
                 line("slot-time = 40\n[[line.drive]]\naddress = 5"),
                 "3, column 13",
@@ -255,6 +255,12 @@ mod tests {
                 "7, column 1",
                 "counts nothing",
             ),
+            (
+                input("behaviour = 'ramp'\nfrom = {a=1}\nto = 1\ntime = '5s'"),
+                "11, column 8",
+                "expected a number, got a table",
+            ),
+            (line("baud = 19200\nbaud = 9600"), "4, column 1", "'baud' is there twice"),
             (input("behaviour = 'table'\nfile = 'no.csv'"), "11, column 8", "cannot read"),
             (input("value = 2"), "10, column 9", "2 does not fit, expected 0 to 1"),
             (

@@ -47,15 +47,19 @@ impl Wrong {
     }
 
     /// What the parser of TOML says, with a cure where one word is near another.
-    pub(super) fn of_toml(error: &toml::de::Error) -> Self {
-        let said = error.message();
+    pub(super) fn of_toml(error: &toml::de::Error, text: &str) -> Self {
+        let span = error.span().unwrap_or_default();
+        let said = match error.message() {
+            "duplicate key" => format!("'{}' is there twice", text.get(span.clone()).unwrap_or_default()),
+            said => plain(said).unwrap_or_else(|| said.replace('\n', " ")),
+        };
         let words: Vec<&str> = said.split('`').skip(1).step_by(2).collect();
         let near = match words.split_first() {
             Some((got, known)) if said.starts_with("unknown ") => did_you_mean(got, known.iter().copied()),
             Some(_) | None => None,
         };
         let cure = near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
-        Self::at(error.span().unwrap_or_default(), format!("{}{cure}", said.replace('\n', " ")))
+        Self::at(span, format!("{said}{cure}"))
     }
 
     /// `line.toml: line 3, column 5: ...`
@@ -69,6 +73,28 @@ impl Wrong {
         let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
         Failure::Usage(format!("{name}: line {line}, column {column}: {}", self.words))
     }
+}
+
+/// What the parser says of a value of another type, in the words of a person who writes the file.
+fn plain(said: &str) -> Option<String> {
+    let (got, expected) = said.strip_prefix("invalid type: ")?.split_once(", expected ")?;
+    let expected = match expected {
+        "f64" | "f32" => "a number",
+        "u8" | "u16" | "u32" | "u64" | "usize" | "i16" | "i32" | "i64" => "a whole number",
+        "a boolean" => "true or false",
+        "a string" => "a text in quotation marks",
+        "a sequence" => "a list in brackets",
+        other => other,
+    };
+    let got = match got.split_once(' ') {
+        None if got == "map" => "a table".to_owned(),
+        None if got == "sequence" => "a list".to_owned(),
+        Some(("string", text)) => format!("the text {text}"),
+        Some(("integer" | "boolean", value)) => value.replace('`', ""),
+        Some(("floating", value)) => value.replace("point ", "").replace('`', ""),
+        Some(_) | None => got.to_owned(),
+    };
+    Some(format!("expected {expected}, got {got}"))
 }
 
 /// Where the table of a device is.

@@ -182,6 +182,9 @@ impl Reader {
             let near = || did_you_mean(&line.spelled, KEYWORDS.iter().copied());
             // A file may have one of them in every second line.
             match *self.unknown.entry(keyword.to_owned()).or_insert_with(near) {
+                Some(own) if own.eq_ignore_ascii_case(&line.spelled) => {
+                    self.warn(line.place, format!("'{}' has no effect outside of its block", line.spelled));
+                }
                 Some(near) => {
                     let text =
                         format!("'{}' is no keyword and has no effect; did you mean {near}?", line.spelled);

@@ -124,7 +124,11 @@ pub(super) fn definition(
         (None, set) if set.is_empty() => Allowed::Any,
         (None, set) => Allowed::Set(set),
     };
-    if numbers.default.is_some() && !allowed.contains(default) {
+    if let Allowed::Range(least, most) = allowed
+        && least > most
+    {
+        odd = Some(format!("parameter '{name}': no value lies between the limits {least} and {most}"));
+    } else if numbers.default.is_some() && !allowed.contains(default) {
         odd = Some(format!("parameter '{name}': the default {default} is not among {allowed}"));
     }
     if matches!(field, FieldType::Bit(last) | FieldType::BitArea(_, last) if last > 7) {
