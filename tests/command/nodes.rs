@@ -67,6 +67,27 @@ impl Master {
     }
 }
 
+/// The last boot-up of 127 nodes comes some 60 ms behind the first one at this rate.
+#[test]
+fn the_boot_ups_are_over_when_the_emulator_is_ready() {
+    let nodes: Vec<String> = (1..=127).map(|id| format!("{id},device=ap10")).collect();
+    let mut arguments = vec!["--link", "slcan-tcp:127.0.0.1:0", "--baud", "125000"];
+    for node in &nodes {
+        arguments.extend(["--node", node]);
+    }
+    let emulator = Emulator::start(&arguments);
+    let mut master = Master::open(adapter(&emulator));
+    // The boot-up of the node with the highest number comes behind all that wait.
+    master.send("t0002817F");
+    loop {
+        let line = master.line();
+        if line.contains("t77F") {
+            break;
+        }
+        assert!(!line.contains("t7"), "{line}");
+    }
+}
+
 #[test]
 fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
     let tcp = &["--link", "slcan-tcp:127.0.0.1:0"][..];

@@ -1,6 +1,7 @@
 //! `profidrive emulate --node`: CANopen devices on a bus in memory until a signal.
 
 use core::sync::atomic::Ordering;
+use core::time::Duration;
 use std::path::PathBuf;
 
 use crate::can_bus::can::BitRate;
@@ -24,6 +25,9 @@ use crate::command::signals::Signals;
 
 /// Every device knows it.
 const DEFAULT_RATE: BitRate = BitRate::K500;
+
+/// The nodes have said that they are there after so long, whatever faults on purpose do to the bus.
+const START: Duration = Duration::from_secs(1);
 
 /// Runs until SIGINT, SIGTERM or SIGHUP.
 pub(super) fn emulate(
@@ -69,6 +73,11 @@ pub(super) fn emulate(
     if let Some(panel) = &panel {
         panel.set_link(line.name());
     }
+    // A master that opens its adapter now sees no boot-up of the start.
+    let started = line.run_until_idle(START, &signals.stop, &mut |news| {
+        tell(news, &mut capture, &mut nodes, panel.as_ref(), clock.now());
+    });
+    started.map_err(|error| Failure::from_error(&error))?;
     // What the start brought is told whatever ends the process behind the ready line.
     while let Some(event) = line.bus_mut().poll_event() {
         tell(News::Bus(event), &mut capture, &mut nodes, panel.as_ref(), clock.now());

@@ -115,6 +115,11 @@ impl<E: 'static> Bus<E> {
         !self.wire.is_sending(seat) && self.occupant(seat).is_none_or(Occupant::is_idle)
     }
 
+    /// Whether every frame of every station has been sent.
+    pub(crate) fn is_quiet(&self) -> bool {
+        self.seats().all(|seat| self.is_idle(seat))
+    }
+
     /// Has a port send a frame.
     ///
     /// # Errors

@@ -1,6 +1,7 @@
 //! A bus in real time: stations, the adapters of masters, and the loop that runs both.
 
 use core::fmt;
+use core::time::Duration;
 
 use super::adapters::Adapters;
 use super::bus::Event;
@@ -157,6 +158,28 @@ impl<E: 'static> Line<E> {
             self.turn(Stay::Sleep, stop, on_news)?;
         }
         Ok(())
+    }
+
+    /// Runs until nobody on the bus has a frame to send, for `limit` at most: the boot-ups of a start are over then.
+    ///
+    /// # Errors
+    /// As [`Line::run`].
+    pub(crate) fn run_until_idle(
+        &mut self,
+        limit: Duration,
+        stop: &Stop,
+        on_news: &mut dyn FnMut(News<E>),
+    ) -> Result<(), Error> {
+        let end = self.clock.now().saturating_add(limit);
+        loop {
+            self.turn(Stay::Awake, stop, on_news)?;
+            let now = self.clock.now();
+            if self.bus.is_quiet() || stop.is_requested() || now >= end {
+                return Ok(());
+            }
+            let next = self.bus.poll_timeout().map_or(end, |next| next.min(end));
+            std::thread::sleep(next.saturating_since(now));
+        }
     }
 
     /// One turn of the loop of [`Line::run`].
