@@ -72,6 +72,27 @@ fn a_diagnosis_is_raised_and_ended() {
 }
 
 #[test]
+fn what_is_done_by_hand_is_in_the_log() {
+    let gsd = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/gsd/remote_io.gsd");
+    let station = format!("7,gsd={gsd}");
+    let emulator = Emulator::logging(&["--station", &station]);
+    let input = "/api/v1/stations/7/inputs/1/0/bit3";
+    emulator.set("PUT", input, &json!({ "value": 1 }));
+    emulator.set("PUT", "/api/v1/stations/7/diagnosis", &json!({ "not_valid": true }));
+    emulator.set("DELETE", "/api/v1/stations/7/diagnosis", &Value::Null);
+    assert_eq!(emulator.request("DELETE", input, "", "").status, 204);
+    let log = emulator.log();
+    for words in [
+        "station 7: input bit3 in octet 0 of slot 1 is forced to 1",
+        "station 7: diagnosis raised by hand: the inputs are not valid",
+        "station 7: no diagnosis is raised by hand any more",
+        "station 7: input bit3 in octet 0 of slot 1 is no longer forced",
+    ] {
+        assert!(log.iter().any(|line| line.ends_with(words)), "{words}: {log:#?}");
+    }
+}
+
+#[test]
 fn what_is_not_there_is_said_with_what_is() {
     let emulator = emulator();
     for (method, path, body, status, words) in [

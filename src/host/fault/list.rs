@@ -57,7 +57,7 @@ impl<S> Active<S> {
     pub(crate) fn strikes(&mut self) -> bool {
         let injected = self.chance.strikes();
         if injected {
-            tracing::debug!("fault {} injected for the {}th time", self.rule, self.chance.injected());
+            tracing::debug!("fault on purpose: {} has happened {} times", self.rule, self.chance.injected());
         }
         injected
     }
