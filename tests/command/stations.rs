@@ -33,6 +33,20 @@ fn stations_stand_beside_drives_or_alone() {
 }
 
 #[test]
+fn a_station_is_on_a_line_of_45_45_kbit_where_its_file_offers_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let gsd = folder.path().join("slow.gsd");
+    let text = std::fs::read_to_string(file("remote_io.gsd")).unwrap();
+    std::fs::write(&gsd, text.replacen("9.6_supp", "45.45_supp = 1\nMaxTsdr_45.45 = 60\n9.6_supp", 1))
+        .unwrap();
+    let (slow, other) = (format!("7,gsd={}", gsd.display()), format!("8,gsd={}", file("remote_io.gsd")));
+    let (ready, code, log) = emulated(&["--baud", "45450", "--station", &slow, "--station", &other]);
+    assert!(ready.ends_with(" stations=7,8\n") && code == Some(0), "{ready}{log}");
+    assert!(log.contains("station 8 hears nothing at 45450 bit/s: it does not offer this rate"), "{log}");
+    assert!(!log.contains("station 7 hears nothing"), "{log}");
+}
+
+#[test]
 fn what_is_wrong_with_a_station_is_one_line_and_nothing_is_started() {
     let folder = tempfile::tempdir().unwrap();
     let place = |name: &str, octets: &[u8]| {

@@ -7,8 +7,9 @@ use std::path::PathBuf;
 use crate::can_bus::can::BitRate;
 use crate::host::can;
 use crate::host::fault::{BusKind, Rule};
-use crate::host::list::{DEVICES, Device, Group, Spec};
+use crate::host::list::{DEVICES, Device, Group, RATES, Spec};
 use crate::profibus::fdl::Address;
+use crate::time::BaudRate;
 
 use super::link::expected_rates;
 use super::link::host_and_port;
@@ -364,7 +365,15 @@ impl Emulate {
 
     fn check_drives(&self) -> Result<(), String> {
         if let Some(BaudSpec::Can(rate)) = self.baud {
-            return Err(format!("{rate} is no rate of PROFIBUS; {}", expected_rates()));
+            return Err(format!("{rate} is no rate of PROFIBUS; {}", expected_rates(BaudRate::ALL)));
+        }
+        let is_drive = |slave: &Spec| slave.device.group() == Group::Drive;
+        if let Some(rate) = self.baud.and_then(BaudSpec::fixed)
+            && !RATES.contains(rate)
+            && self.slaves().any(|slave| is_drive(&slave))
+        {
+            let (bits, expected) = (rate.bits_per_second(), expected_rates(RATES.iter()));
+            return Err(format!("--baud {bits}: the drives do not know this rate; {expected}"));
         }
         let mut addresses: BTreeSet<Address> = BTreeSet::new();
         if let Some(twice) = self.slaves().find(|slave| !addresses.insert(slave.address())) {

@@ -10,6 +10,7 @@ use crate::can_bus::canopen::NodeId;
 use crate::host::list::named::ParameterSpec;
 use crate::profibus::fdl::Address;
 use crate::profibus::ppo::PpoType;
+use crate::time::BaudRate;
 use clap::Subcommand;
 
 use super::link::{BaudSpec, expected_rates};
@@ -515,7 +516,7 @@ fn node(text: &str) -> Result<NodeId, String> {
 }
 
 fn fixed_rates() -> String {
-    expected_rates().replace("auto or ", "")
+    expected_rates(BaudRate::ALL).replace("auto or ", "")
 }
 
 fn rate(text: &str) -> Result<BaudSpec, String> {

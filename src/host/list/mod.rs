@@ -149,7 +149,7 @@ pub static DEVICES: &[Device] = &[
     }),
 ];
 
-/// The rates that a line of PROFIBUS is offered: those of the usual device.
+/// The rates that the positioning drives know.
 pub(crate) const RATES: Rates = ag03::profibus::DESCRIPTION.rates;
 
 const GEAR: Choice = Choice {

@@ -100,7 +100,12 @@ impl Prepared {
     /// [`MakeError`].
     pub(crate) fn make(self, ground: &Ground<'_>) -> Made {
         let Self { station, signals, watched, make, .. } = self;
-        make(ground, Parts { station, signals, watched })
+        let made = make(ground, Parts { station, signals, watched })?;
+        if !made.rates().contains(ground.rate) {
+            let (address, rate) = (made.address(), ground.rate);
+            tracing::warn!("station {address} hears nothing at {rate}: it does not offer this rate");
+        }
+        Ok(made)
     }
 }
 
@@ -184,9 +189,6 @@ pub(super) fn gsd_station(spec: &Spec) -> Result<Prepared, Wrong> {
             return Err(MakeError::Refused("its file is missing".to_owned()));
         };
         let gsd = station.gsd();
-        if !gsd.rates.contains(ground.rate) {
-            tracing::warn!("station {address} hears nothing at {}: its GSD does not offer it", ground.rate);
-        }
         if gsd.flags.needs_dpv1_services {
             tracing::warn!("station {address}: its GSD requires services of DPV1, which are not emulated");
         }
