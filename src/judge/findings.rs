@@ -14,7 +14,7 @@ pub(super) enum Weight {
     Once,
     /// So many: a process that slept explains fewer.
     Times(u32),
-    /// So many, and more than this share of all occasions, in percent.
+    /// So many, and more than this share of all occasions, in thousandths.
     Share(u32, u32),
 }
 
@@ -244,19 +244,19 @@ impl Findings {
 
 /// Whether the breaches are enough. In a soak those that a delay explains must be one in a hundred occasions.
 fn proves(record: &Record, soaks: bool) -> bool {
-    let least_percent = if soaks { 1 } else { 0 };
+    let least = if soaks { 10 } else { 0 };
     match record.weight {
         None => false,
         Some(Weight::Once) => record.broken > 0,
-        Some(Weight::Times(least)) => record.broken >= least && is_share(record, least_percent),
-        Some(Weight::Share(least, percent)) => record.broken >= least && is_share(record, percent),
+        Some(Weight::Times(times)) => record.broken >= times && is_share(record, least),
+        Some(Weight::Share(times, share)) => record.broken >= times && is_share(record, share.max(least)),
     }
 }
 
-/// Whether more than so many in a hundred occasions were breaches.
-fn is_share(record: &Record, percent: u32) -> bool {
+/// Whether more than so many in a thousand occasions were breaches.
+fn is_share(record: &Record, thousandths: u32) -> bool {
     let all = u64::from(record.broken) + u64::from(record.held);
-    u64::from(record.broken) * 100 > u64::from(percent) * all
+    u64::from(record.broken) * 1000 > u64::from(thousandths) * all
 }
 
 /// Why a row that nothing was said of is not judged, and whether it could have been.
@@ -290,8 +290,8 @@ mod tests {
         assert_eq!(findings.judgement(Row::C02).verdict, Verdict::Pass);
         assert_eq!(broken(&mut findings, Weight::Times(2)), Verdict::Pass);
         assert_eq!(broken(&mut findings, Weight::Times(2)), Verdict::Fail);
-        assert_eq!(broken(&mut findings, Weight::Share(3, 75)), Verdict::Pass);
-        assert_eq!(broken(&mut findings, Weight::Share(3, 75)), Verdict::Fail);
+        assert_eq!(broken(&mut findings, Weight::Share(3, 750)), Verdict::Pass);
+        assert_eq!(broken(&mut findings, Weight::Share(3, 750)), Verdict::Fail);
     }
 
     #[test]

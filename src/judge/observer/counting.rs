@@ -171,12 +171,12 @@ impl Observer {
                 cycle.retry = before.retry + 1;
                 self.count_common(common, station.number());
                 let reason = format!("{name} with the FCB of the cycle before, which was answered");
-                self.broken(Row::C02, Weight::Share(3, 10), from, Some(station), reason);
+                self.broken(Row::C02, Weight::Share(3, 100), from, Some(station), reason);
             }
             Relation::SameBit => {
                 self.count_common(common, station.number());
                 let reason = format!("{name} with the FCB of the cycle before, which was answered");
-                self.broken(Row::C02, Weight::Share(3, 10), from, Some(station), reason);
+                self.broken(Row::C02, Weight::Share(3, 100), from, Some(station), reason);
                 // Between services nothing but a mistake explains it.
                 if before.service != cycle.service {
                     self.stuck_bit(from, cycle);
@@ -195,7 +195,7 @@ impl Observer {
                     cycle.retry = before.retry + 1;
                 }
                 let reason = "a reply of eight octets as SD3 is not accepted";
-                self.broken(Row::X07, Weight::Share(2, 30), before.serial, Some(cycle.to), reason);
+                self.broken(Row::X07, Weight::Share(2, 300), before.serial, Some(cycle.to), reason);
             }
             Relation::Uncounted => {}
         }
@@ -364,7 +364,7 @@ impl Observer {
         for row in rows {
             if at_once {
                 let reason = format!("{} with FCV = 0 is repeated at once after no reply", name_of(cycle));
-                self.broken(*row, Weight::Share(3, 40), before.serial, None, reason);
+                self.broken(*row, Weight::Share(3, 400), before.serial, None, reason);
             } else {
                 self.held(*row);
             }

@@ -294,7 +294,8 @@ impl Observer {
                     interval.as_millis(),
                     watchdog.as_millis()
                 );
-                self.broken(Row::T08, Weight::Times(3), cycle.serial.saturating_sub(8), None, reason);
+                // A process that sleeps now and then explains fewer.
+                self.broken(Row::T08, Weight::Share(3, 3), cycle.serial.saturating_sub(8), None, reason);
             } else {
                 self.held(Row::T08);
             }

@@ -225,7 +225,7 @@ impl Observer {
         }
         let proven = self.timing.early >= 2;
         if proven || waited >= TOGETHER {
-            let weight = if proven { Weight::Once } else { Weight::Share(20, 30) };
+            let weight = if proven { Weight::Once } else { Weight::Share(20, 300) };
             self.broken(Row::T02, weight, from, None, reason);
         }
     }
@@ -286,7 +286,7 @@ impl Observer {
                     waited.as_micros(),
                     slot.as_micros()
                 );
-                self.broken(*row, Weight::Share(3, 50), from, None, reason);
+                self.broken(*row, Weight::Share(3, 500), from, None, reason);
             } else {
                 self.held(*row);
             }
