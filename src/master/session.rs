@@ -68,7 +68,7 @@ impl Settings {
 
     /// For an RS-485 line behind an adapter that may hold octets back for some milliseconds. Other masters get the
     /// token soon.
-    pub(crate) const fn on_wire(master: Address, baud: BaudRate) -> Self {
+    pub const fn on_wire(master: Address, baud: BaudRate) -> Self {
         Self {
             slot_time: Duration::from_millis(20),
             retry_limit: 3,
