@@ -57,7 +57,13 @@ fn events_of_before_are_told_with_their_numbers() {
     let of_5 = faults("/api/v1/events/recent?address=5");
     assert_eq!(of_5.len(), 1, "{of_5:?}");
     assert!(of_5[0].1.contains("fault D (output stage too hot)"), "{of_5:?}");
-    for (query, status) in [("?address=127", 422), ("?since=3", 400), ("?address=x", 400)] {
+    for (query, status) in [
+        ("?address=127", 422),
+        ("?since=3", 400),
+        ("?address=x", 400),
+        ("?after=9223372036854775807", 200),
+        ("?after=9223372036854775808", 400),
+    ] {
         assert_eq!(emulator.request("GET", &format!("/api/v1/events/recent{query}"), "", "").status, status);
     }
 }

@@ -53,6 +53,9 @@ struct Sample {
     values: BTreeMap<&'static str, AmountState>,
 }
 
+/// No event has a greater number: what clients read as 64 bits with a sign.
+const LAST_EVENT: u64 = i64::MAX.unsigned_abs();
+
 /// Of whom, and since when.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -78,6 +81,10 @@ pub(in crate::panel) async fn events(
 ) -> Result<Json<RecentEvents>, Problem> {
     let line = line.map(|name| lines.named(&name)).transpose()?.map(|line| line.name);
     address.map_or(Ok(()), |address| lines.check(address))?;
+    if let Some(after) = after.filter(|after| *after > LAST_EVENT) {
+        let words = format!("after is outside 0 to {LAST_EVENT}, got {after}");
+        return Err(Problem::new(StatusCode::BAD_REQUEST, words));
+    }
     lines.all().iter().for_each(|line| line.hub.drain());
     let events = lines.readers().events(|events| {
         let events = events.iter().map(|(_, news)| news);
