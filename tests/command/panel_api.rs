@@ -352,8 +352,11 @@ fn faults_come_on_the_line_and_go_while_the_bus_runs() {
     assert_eq!(first.status, 201);
     assert_eq!(first.json(), json!({ "number": 1, "fault": "noise=2,count=3", "injected": 0 }));
     // What a master makes of it is its concern: here it is only counted.
-    let list =
-        emulator.set("PUT", faults, &json!({ "faults": ["late=1ms,station=5", "diag-storm,at=4000000000"] }));
+    let list = emulator.set(
+        "PUT",
+        faults,
+        &json!({ "faults": ["late=1ms,station=5", "diag-announced,at=4000000000"] }),
+    );
     let numbers: Vec<_> =
         list["faults"].as_array().unwrap().iter().map(|fault| fault["number"].as_u64().unwrap()).collect();
     assert_eq!(numbers, [2, 3]);

@@ -338,7 +338,7 @@ fn a_dropped_request_is_heard_by_nobody_and_repeated_with_success() {
 
 #[test]
 fn dh_announces_a_diagnosis_in_each_data_exchange() {
-    let mut line = Line::with("diag-storm,count=3");
+    let mut line = Line::with("diag-announced,count=3");
     line.start_up();
     let diagnosis = line.diagnosis();
     assert_eq!(diagnosis[..2], [0x00, 0x04]);

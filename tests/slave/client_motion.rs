@@ -9,6 +9,7 @@ use profidrive::devices::ag03::param::{Model, Pnu, Value, Width};
 use profidrive::profibus::ppo;
 
 use crate::drive_rig::{MODELS, Rig};
+use crate::long::one_in_turn;
 
 /// Takes the enable input or the supply of the output stage away and gives it back, and nothing may turn then.
 fn lose_and_return(rig: &mut Rig) {
@@ -151,8 +152,8 @@ fn a_slow_ramp_has_the_time_of_a_motion() {
 
 #[test]
 fn a_goal_takes_over_at_any_exchange() {
-    for model in MODELS {
-        for exchanges in 0..40 {
+    for exchanges in 0..40 {
+        for model in one_in_turn(exchanges, MODELS) {
             let mut rig = Rig::new(model);
             rig.pursue(Goal::Enable).unwrap();
             for (goal, there) in [(Goal::MoveTo(-100), -100..=-100), (Goal::Inch, 1600..=8000)] {

@@ -221,6 +221,34 @@ proptest! {
     }
 
     #[test]
+    fn f_23_random_octets_never_panic_and_never_grow_the_time_asked_for(
+        chunks in proptest::collection::vec((proptest::collection::vec(any::<u8>(), 0..300), 0u64..100_000_000), 0..20),
+        truthful: bool,
+    ) {
+        let timing = if truthful { Timing::True } else { Timing::Untrue };
+        let mut device = Device::new(Config { timing, ..Config::new(Address::station(5).unwrap()) }, Instant::ZERO);
+        let mut now = Instant::ZERO;
+        let mut buf = [0; MAX_TELEGRAM_LEN];
+        for (octets, pause) in chunks {
+            now = now.saturating_add(Duration::from_nanos(pause));
+            device.handle_bytes(now, &octets);
+            while device.poll_transmit(now, &mut buf).is_some() {}
+            while device.poll_event().is_some() {}
+            prop_assert!(device.poll_timeout().is_none_or(|due| due > now));
+        }
+        // The next request after silence is answered.
+        now = now.saturating_add(Duration::from_millis(100));
+        device.handle_timeout(now);
+        device.handle_bytes(now, &hex("10 05 02 49 50 16"));
+        now = now.saturating_add(Duration::from_micros(50));
+        prop_assert_eq!(device.poll_transmit(now, &mut buf).map(<[u8]>::to_vec), Some(hex("10 02 05 00 07 16")));
+    }
+}
+
+proptest! {
+    #![proptest_config(crate::long::cases(48, 20))]
+
+    #[test]
     fn a_drive_part_that_sleeps_is_like_one_that_runs(
         exchanges in proptest::collection::vec(
             (
@@ -256,29 +284,5 @@ proptest! {
             }
             prop_assert_eq!(sleeping.device.status(), running.device.status());
         }
-    }
-
-    #[test]
-    fn f_23_random_octets_never_panic_and_never_grow_the_time_asked_for(
-        chunks in proptest::collection::vec((proptest::collection::vec(any::<u8>(), 0..300), 0u64..100_000_000), 0..20),
-        truthful: bool,
-    ) {
-        let timing = if truthful { Timing::True } else { Timing::Untrue };
-        let mut device = Device::new(Config { timing, ..Config::new(Address::station(5).unwrap()) }, Instant::ZERO);
-        let mut now = Instant::ZERO;
-        let mut buf = [0; MAX_TELEGRAM_LEN];
-        for (octets, pause) in chunks {
-            now = now.saturating_add(Duration::from_nanos(pause));
-            device.handle_bytes(now, &octets);
-            while device.poll_transmit(now, &mut buf).is_some() {}
-            while device.poll_event().is_some() {}
-            prop_assert!(device.poll_timeout().is_none_or(|due| due > now));
-        }
-        // The next request after silence is answered.
-        now = now.saturating_add(Duration::from_millis(100));
-        device.handle_timeout(now);
-        device.handle_bytes(now, &hex("10 05 02 49 50 16"));
-        now = now.saturating_add(Duration::from_micros(50));
-        prop_assert_eq!(device.poll_transmit(now, &mut buf).map(<[u8]>::to_vec), Some(hex("10 02 05 00 07 16")));
     }
 }

@@ -421,7 +421,7 @@ Faults, and what they count:
                   wrong-source[=ADDRESS], wrong-destination[=ADDRESS], noise[=N], function-code=HH, short-ack, no-saps,
                   wrong-saps, broken-frame=PART, sd3, diag=OCTETS and diag-length=N (Slave_Diag)
   requests        drop-request, reject, refuse-prm, refuse-cfg, not-ready=TIME (Chk_Cfg), lose-prm (Data_Exchange)
-  Data_Exchange   diag-storm, input-length=N
+  Data_Exchange   diag-announced, input-length=N
   PKW answers     pkw-delay=EXCHANGES, pkw-wrong-ak, pkw-wrong-pnu, pkw-torn
 Of a node:
   boot-ups        boot-up-missing, boot-up-twice
@@ -429,7 +429,7 @@ Of a node:
   error control   heartbeat-jitter=TIME, heartbeat-lost, heartbeat-stuck=OCTET, guarding-toggle-stuck
   TPDOs           tpdo-short, tpdo-stale, tpdo-swapped, pre-operational (the node leaves OPERATIONAL)
   frames          brown-out=TIME
-  periods         emcy-storm=TIME
+  periods         emcy-repeated=TIME
 Of the frames on a CAN bus, with node=ID of this node, with id=HEX with this identifier:
   frames          frame-lost, frame-late=TIME, frame-twice, frame-damaged, frame-not-acknowledged
 A fault is injected from number `at` on (1; `at` alone: only that one), with probability `rate` (1), at most `count` times

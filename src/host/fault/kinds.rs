@@ -86,11 +86,21 @@ impl Row {
         format!("{}{value}", self.name)
     }
 
+    /// The one with this name, or with a name that it had once.
+    pub(super) fn named(name: &str) -> Option<&'static Self> {
+        let renamed = RENAMED.iter().find(|(once, _)| *once == name);
+        let name = renamed.map_or(name, |(_, now)| now);
+        ROWS.iter().find(|row| row.name == name)
+    }
+
     /// Those of a bus.
     pub(super) fn of(bus: BusKind) -> impl Iterator<Item = &'static Self> {
         ROWS.iter().filter(move |row| row.way.bus() == bus)
     }
 }
+
+/// What was written once, and what is written now.
+const RENAMED: [(&str, &str); 2] = [("diag-storm", "diag-announced"), ("emcy-storm", "emcy-repeated")];
 
 impl fmt::Display for Row {
     /// `late=TIME`
@@ -163,7 +173,7 @@ kinds! {
         "a reply", "N octets (4) of noise between request and reply";
     "drop-request" { Request(RequestFault::Drop) }
         "a request", "nothing: no drive hears the request, broadcasts included";
-    "diag-storm" { Reply(ReplyFault::Shape(ShapeFault::DiagAnnounced)) }
+    "diag-announced" { Reply(ReplyFault::Shape(ShapeFault::DiagAnnounced)) }
         "a Data_Exchange reply with inputs", "DH: a diagnosis is announced, and Slave_Diag is as always";
     "not-ready" (time: Time) { Request(RequestFault::NotReady(time)) }
         "a Chk_Cfg", "the slave stays in WAIT-CFG for this time, as if its application needs time for the check: \
@@ -235,7 +245,7 @@ kinds! {
         "a TPDO", "the data of the first TPDO with this fault";
     "tpdo-swapped" { Node(faults::Kind::Tpdo(TpdoFault::Swapped)) }
         "a TPDO", "the TPDO after the next TPDO of the node";
-    "emcy-storm" (period: Time) { Node(faults::Kind::EmcyEach(period)) }
+    "emcy-repeated" (period: Time) { Node(faults::Kind::EmcyEach(period)) }
         "the end of each such period", "EMCY FF00h";
     "pre-operational" { Node(faults::Kind::LeaveOperational) }
         "a TPDO", "after it the node is in PRE-OPERATIONAL, without a command";

@@ -99,6 +99,15 @@ fn every_fault_of_the_list_is_understood_and_reads_back() {
 
 /// docs/faults.md has a row for each fault, with the words of the table.
 #[test]
+fn a_name_of_before_is_read_and_written_as_it_is_now() {
+    for (before, now) in
+        [("diag-storm,count=3", "diag-announced,count=3"), ("emcy-storm=20ms", "emcy-repeated=20ms")]
+    {
+        assert_eq!(before.parse::<Rule>().unwrap().to_string(), now);
+    }
+}
+
+#[test]
 fn the_document_has_every_fault_as_the_table_has_it() {
     let document = include_str!("../../../docs/faults.md");
     let documented: Vec<&str> = document.lines().filter(|line| line.starts_with("| `")).collect();

@@ -70,7 +70,7 @@ impl FromStr for Rule {
     /// A fault of either bus.
     fn from_str(text: &str) -> Result<Self, RuleError> {
         let name = text.split([',', '=']).next().unwrap_or_default();
-        let row = Row::all().iter().find(|row| row.name == name);
+        let row = Row::named(name);
         Self::on(row.map_or(BusKind::Profibus, |row| row.way.bus()), text)
     }
 }
@@ -87,7 +87,7 @@ impl Rule {
             Some((name, value)) => (name, Some(value)),
             None => (first, None),
         };
-        let row = Row::of(bus).find(|row| row.name == name);
+        let row = Row::named(name).filter(|row| row.way.bus() == bus);
         let row = row.ok_or_else(|| RuleError::Unknown { got: name.into(), bus })?;
         let wrong = || RuleError::Value {
             key: name.into(),

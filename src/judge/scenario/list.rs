@@ -224,7 +224,7 @@ fn diagnoses() -> Vec<Scenario> {
     list.push(Scenario {
         others: Some((Row::D14, 3)),
         needs: vec![Need::Other],
-        steps: vec![cycles(None, &["diag-storm,station=S"], 60, 1000)],
+        steps: vec![cycles(None, &["diag-announced,station=S"], 60, 1000)],
         ..Scenario::one("a diagnosis announced in every reply", &[Row::D14], &[])
     });
     list.push(Scenario {

@@ -358,8 +358,10 @@ impl fmt::Display for Event {
             Self::Rearmed => f.write_str("turning on is no longer disabled: operation can be enabled again"),
             Self::NotReady => f.write_str("not ready: a supply voltage is missing"),
             Self::Ready => f.write_str("ready to run: all supply voltages are there"),
-            Self::Warning { warning, present: true } => write!(f, "warning: {warning}"),
-            Self::Warning { warning, present: false } => write!(f, "warning gone: {warning}"),
+            Self::Warning { warning, present: true } => {
+                write!(f, "warning: {}, {}", warning.name(), warning.advice())
+            }
+            Self::Warning { warning, present: false } => write!(f, "warning ended: {}", warning.name()),
         }
     }
 }
@@ -392,9 +394,9 @@ impl fmt::Display for Velocity {
 impl fmt::Display for DisableCause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Command(Operation::Release) => "release is asked for",
-            Self::Command(Operation::BrakeAndRelease) => "braking and release are asked for",
-            Self::Command(Operation::BrakeAndHold) => "braking and holding are asked for",
+            Self::Command(Operation::Release) => "the command is to release it",
+            Self::Command(Operation::BrakeAndRelease) => "the command is to brake, then release it",
+            Self::Command(Operation::BrakeAndHold) => "the command is to brake, then hold",
             Self::Command(Operation::Run) => "the drive cannot run",
             Self::Fault => "fault",
             Self::Supply => "a supply voltage is missing",
@@ -422,12 +424,21 @@ impl fmt::Display for Key {
     }
 }
 
-impl fmt::Display for Warning {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::BatteryLow => "the battery of the encoder is low, replace it",
-            Self::CurrentOutOfRange => "motor current out of range, fault C follows if it stays",
-            Self::LagError => "lag error, the load is too high for the commanded speed",
-        })
+impl Warning {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::BatteryLow => "the battery of the encoder is low",
+            Self::CurrentOutOfRange => "motor current out of range",
+            Self::LagError => "lag error",
+        }
+    }
+
+    /// What follows, or what to do while it is present.
+    const fn advice(self) -> &'static str {
+        match self {
+            Self::BatteryLow => "replace it",
+            Self::CurrentOutOfRange => "fault C follows if it stays",
+            Self::LagError => "the load is too high for the commanded speed",
+        }
     }
 }
