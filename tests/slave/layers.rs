@@ -24,7 +24,7 @@ const TABLE: &[(&str, &[&str])] = &[
     ("devices::ag03::drive", &["devices::ag03::param", "time"]),
     ("devices::ag03::unit", &["devices::ag03::drive", "devices::ag03::param", "face", "image", "time"]),
     ("devices::ap10", &["face", "time"]),
-    ("devices::asda_a2", &["can_bus::cia402", "time"]),
+    ("devices::asda_a2", &["can_bus::cia402", "face", "time"]),
     ("devices::ppo_drive", &[]),
     ("devices::ppo_drive::profile", &["devices::ppo_drive", "face", "profibus::ppo"]),
     ("devices", &["can_bus", "devices", "face", "profibus", "time"]),

@@ -12,7 +12,8 @@
 //! | file | holds |
 //! | --- | --- |
 //! | [`alarm`] | alarms: numbers, error codes, texts |
-//! | [`settings`] | every value that can be set |
+//! | [`settings`] | every value that can be set, with its names on CANopen |
+//! | `on_canopen` | how a setting looks there |
 //! | [`inputs`] | load, switches, supply |
 //! | [`plant`] | motor and load |
 //! | `profile` | motion with limited velocity and accelerations |
@@ -30,6 +31,7 @@ pub mod inputs;
 mod interpolation;
 mod machine;
 mod motion;
+mod on_canopen;
 pub mod plant;
 mod position;
 mod profile;

@@ -1,6 +1,10 @@
 //! Every value that can be set, as data. One value has one place, whatever names it has on a bus or on the keypad.
 
+use super::Level::{Full, Half};
+use super::on_canopen::Form::{HighWord, LowWord, Rates, Shutdown, Tenth};
+use super::on_canopen::{Name, object};
 use super::plant::Motor;
+use crate::face::DataType::{I8, I16, I32, U8, U16, U32};
 
 /// What of a value survives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -15,9 +19,9 @@ pub enum Keeping {
     Address,
 }
 
-/// Declares every value once: name, default, lowest, highest, keeping, meaning.
+/// Declares every value once: default, lowest and highest, keeping, meaning, its names in the object dictionary.
 macro_rules! settings {
-    ($($name:ident = $default:expr, $low:expr, $high:expr, $keeping:ident, $doc:literal;)*) => {
+    ($($name:ident = $default:expr, $range:expr, $keeping:ident, $doc:literal, $names:expr;)*) => {
         /// A value that can be set.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum Setting {
@@ -35,75 +39,165 @@ macro_rules! settings {
 
             /// Its lowest and highest value.
             pub const fn range(self) -> (i64, i64) {
-                match self { $(Self::$name => ($low, $high),)* }
+                match self { $(Self::$name => $range,)* }
             }
 
             /// What of it survives.
             pub(crate) const fn keeping(self) -> Keeping {
                 match self { $(Self::$name => Keeping::$keeping,)* }
             }
+
+            /// Its names in the object dictionary.
+            pub(crate) const fn names(self) -> &'static [Name] {
+                match self { $(Self::$name => const { &$names },)* }
+            }
         }
 
-        const COUNT: usize = [$(Setting::$name),*].len();
+        const COUNT: usize = Setting::ALL.len();
     };
 }
 
-const U16: i64 = u16::MAX as i64;
-const U32: i64 = u32::MAX as i64;
-const I32: (i64, i64) = (i32::MIN as i64, i32::MAX as i64);
-const I16: (i64, i64) = (i16::MIN as i64, i16::MAX as i64);
+const U16_MAX: i64 = u16::MAX as i64;
+const U32_MAX: i64 = u32::MAX as i64;
+const I32_RANGE: (i64, i64) = (i32::MIN as i64, i32::MAX as i64);
+const I16_RANGE: (i64, i64) = (i16::MIN as i64, i16::MAX as i64);
 
+#[rustfmt::skip] // a row is what it is on its own, then each of its names
 settings! {
-    ControlMode = 0x0C, 0, 0x110F, Address, "P1-01: digits B A are the mode, 0Bh CANopen half, 0Ch full.";
-    NodeNumber = 0x7F, 1, 0x7F, Address, "P3-00.";
-    Rates = 0x0203, 0, 0x0405, Address, "P3-01: digit Z is the rate of CAN.";
-    StopMode = 0x10, I16.0, I16.1, Reloaded, "P1-32: digit Y = 0 dynamic brake, 1 none (605Bh = -1, 0).";
-    MaxMotorSpeed = Motor::MAX_RPM, 0, U32, Stored, "6080h, P1-55 in rpm.";
-    SpecialWrite = 0, I16.0, I16.1, Volatile, "P2-08.";
-    SyncAdjustment = 0x5055, I16.0, I16.1, Stored, "P3-09: digits E range, T target, D dead zone, M correction.";
-    CanEnable = 0, I16.0, I16.1, Stored, "P3-10: digit Y = 1 servo off on errors of the bus.";
-    PdoToEeprom = 0, I16.0, I16.1, Stored, "P3-11: models M and F only.";
-    QuickStopOptions = 0, 0, 0x0111, Stored, "P3-12: digits Z, Y, X.";
-    FaultReaction = 2, 0, 2, Stored, "605Eh.";
-    Mode = 0, 0, 7, Stored, "6060h.";
-    FollowingErrorWindow = 3_840_000, 0, U32, Reloaded, "6065h, P2-35 in PUU.";
-    PositionWindow = 100, 0, U32, Stored, "6067h in PUU.";
-    PositionWindowTime = 0, 0, U16, Stored, "6068h in ms.";
-    VelocityWindow = 100, 0, 3000, Reloaded, "606Dh in 0.1 rpm, P1-47 in rpm.";
-    VelocityWindowTime = 0, 0, U16, Reloaded, "606Eh, P1-49 in ms.";
-    ZeroSpeed = 100, 0, 2000, Reloaded, "606Fh, P1-38 in 0.1 rpm.";
-    TargetTorque = 0, -3000, 3000, Volatile, "6071h in 0.1 % of the rated torque.";
-    TargetPosition = 0, I32.0, I32.1, Volatile, "607Ah in PUU.";
-    HomeOffset = 0, I32.0, I32.1, Stored, "607Ch in PUU.";
-    ReverseSoftLimit = I32.0, I32.0, I32.1, Stored, "607Dh:1 in PUU.";
-    ForwardSoftLimit = I32.1, I32.0, I32.1, Stored, "607Dh:2 in PUU.";
-    MaxProfileVelocity = Motor::MAX_RPM * 10, 0, U32, Stored, "607Fh in 0.1 rpm.";
-    ProfileVelocity = 10_000, 0, U32, Stored, "6081h in PUU/s.";
-    Acceleration = 200, 1, U32, Reloaded, "6083h, P1-34 in ms from 0 to 3000 rpm.";
-    Deceleration = 200, 1, U32, Reloaded, "6084h, P1-35 in ms from 3000 rpm to 0.";
-    QuickStopDeceleration = 0, 0, U32, Stored, "6085h in ms from 3000 rpm to 0; 0 is at once.";
-    ProfileType = 0, I16.0, I16.1, Stored, "6086h, without effect.";
-    TorqueSlope = 200, 0, U32, Reloaded, "6087h, P1-36 in ms from 0 to the rated torque; 0 is at once.";
-    GearNumerator = 1, 1, U32, Reloaded, "6093h:1, P1-44.";
-    GearDenominator = 1, 1, U32, Reloaded, "6093h:2, P1-45.";
-    HomingMethod = 0, 0, 35, Stored, "6098h.";
-    HomingSpeedSwitch = 100, 1, 20_000, Stored, "6099h:1 in rpm (half) or 0.1 rpm (full).";
-    HomingSpeedZero = 20, 1, 5000, Stored, "6099h:2 in rpm (half) or 0.1 rpm (full).";
-    HomingAcceleration = 100, 0, U32, Stored, "609Ah in ms from 0 to 3000 rpm; 0 is at once.";
-    PositionOffset = 0, I32.0, I32.1, Volatile, "60B0h, without effect.";
-    VelocityOffset = 0, I32.0, I32.1, Volatile, "60B1h, without effect.";
-    TorqueOffset = 0, I16.0, I16.1, Volatile, "60B2h, without effect.";
-    InterpolationSubMode = 0, -2, 0, Stored, "60C0h.";
-    InterpolationPosition = 0, I32.0, I32.1, Volatile, "60C1h: the next position in PUU.";
-    InterpolationDifference = 0, I16.0, I16.1, Volatile, "60C1h: its symmetrical difference in PUU per cycle.";
-    CyclePeriod = 0, 0, U32, Stored, "1006h in us.";
-    CycleUnits = 1, 1, 20, Stored, "60C2h:1.";
-    CycleIndex = -3, -128, 63, Stored, "60C2h:2: the exponent of ten.";
-    MaxAcceleration = 200, 0, U32, Stored, "60C5h, without effect: no unit is given.";
-    MaxDeceleration = 200, 0, U32, Stored, "60C6h, without effect: no unit is given.";
-    PositioningOption = 0, 0, U16, Stored, "60F2h, without effect.";
-    TargetVelocity = 0, I32.0, I32.1, Volatile, "60FFh in 0.1 rpm.";
-    ErrorBehaviour = 0, 0, 2, Stored, "1029h:1.";
+    ControlMode = 0x0C, (0, 0x110F), Address, "P1-01: digits B A are the mode, 0Bh CANopen half, 0Ch full.",
+        [object(0x2101, 0, I16, "P1-01 control mode")];
+    NodeNumber = 0x7F, (1, 0x7F), Address, "P3-00.",
+        [object(0x2300, 0, I16, "P3-00 node number")];
+    Rates = 0x0203, (0, 0x0405), Address, "P3-01: digit Z is the rate of CAN.",
+        [object(0x2301, 0, I16, "P3-01 rates").form(Rates)];
+    StopMode = 0x10, I16_RANGE, Reloaded, "P1-32: digit Y = 0 dynamic brake, 1 none (605Bh = -1, 0).",
+        [
+            object(0x2120, 0, I16, "P1-32 stop mode"),
+            object(0x605B, 0, I16, "Shutdown option code").form(Shutdown).unmapped(),
+        ];
+    MaxMotorSpeed = Motor::MAX_RPM, (0, U32_MAX), Stored, "6080h, P1-55 in rpm.",
+        [object(0x2137, 0, I16, "P1-55 maximum speed in rpm"), object(0x6080, 0, U32, "Max motor speed")];
+    SpecialWrite = 0, I16_RANGE, Volatile, "P2-08.",
+        [object(0x2208, 0, I16, "P2-08 special write")];
+    SyncAdjustment = 0x5055, I16_RANGE, Stored, "P3-09: digits E range, T target, D dead zone, M correction.",
+        [object(0x2309, 0, I16, "P3-09 SYNC adjustment")];
+    CanEnable = 0, I16_RANGE, Stored, "P3-10: digit Y = 1 servo off on errors of the bus.",
+        [object(0x230A, 0, I16, "P3-10 CANopen enable")];
+    PdoToEeprom = 0, I16_RANGE, Stored, "P3-11: models M and F only.",
+        [object(0x230B, 0, I16, "P3-11 CANopen options")];
+    QuickStopOptions = 0, (0, 0x0111), Stored, "P3-12: digits Z, Y, X.",
+        [object(0x230C, 0, I16, "P3-12 quick stop options")];
+    FaultReaction = 2, (0, 2), Stored, "605Eh.",
+        [object(0x605E, 0, I16, "Fault reaction option code").unmapped()];
+    Mode = 0, (0, 7), Stored, "6060h.",
+        [object(0x6060, 0, I8, "Modes of operation").within(&[(0, 1), (3, 4), (6, 7)])];
+    FollowingErrorWindow = 3_840_000, (0, U32_MAX), Reloaded, "6065h, P2-35 in PUU.",
+        [
+            object(0x2223, 0, I32, "P2-35 excessive deviation in PUU").within(&[(1, i32::MAX as i64)]),
+            object(0x6065, 0, U32, "Following error window"),
+        ];
+    PositionWindow = 100, (0, U32_MAX), Stored, "6067h in PUU.",
+        [object(0x6067, 0, U32, "Position window")];
+    PositionWindowTime = 0, (0, U16_MAX), Stored, "6068h in ms.",
+        [object(0x6068, 0, U16, "Position window time")];
+    VelocityWindow = 100, (0, 3000), Reloaded, "606Dh in 0.1 rpm, P1-47 in rpm.",
+        [
+            object(0x212F, 0, I16, "P1-47 speed reached in rpm").form(Tenth),
+            object(0x606D, 0, U16, "Velocity window"),
+        ];
+    VelocityWindowTime = 0, (0, U16_MAX), Reloaded, "606Eh, P1-49 in ms.",
+        [
+            object(0x2131, 0, I16, "P1-49 speed reached time in ms"),
+            object(0x606E, 0, U16, "Velocity window time"),
+        ];
+    ZeroSpeed = 100, (0, 2000), Reloaded, "606Fh, P1-38 in 0.1 rpm.",
+        [object(0x2126, 0, I16, "P1-38 zero speed in 0.1 rpm"), object(0x606F, 0, U16, "Velocity threshold")];
+    TargetTorque = 0, (-3000, 3000), Volatile, "6071h in 0.1 % of the rated torque.",
+        [object(0x6071, 0, I16, "Target torque")];
+    TargetPosition = 0, I32_RANGE, Volatile, "607Ah in PUU.",
+        [object(0x607A, 0, I32, "Target position")];
+    HomeOffset = 0, I32_RANGE, Stored, "607Ch in PUU.",
+        [object(0x607C, 0, I32, "Home offset")];
+    ReverseSoftLimit = i32::MIN as i64, I32_RANGE, Stored, "607Dh:1 in PUU.",
+        [object(0x607D, 1, I32, "Reverse")];
+    ForwardSoftLimit = i32::MAX as i64, I32_RANGE, Stored, "607Dh:2 in PUU.",
+        [object(0x607D, 2, I32, "Forward")];
+    MaxProfileVelocity = Motor::MAX_RPM * 10, (0, U32_MAX), Stored, "607Fh in 0.1 rpm.",
+        [object(0x607F, 0, U32, "Max profile velocity")];
+    ProfileVelocity = 10_000, (0, U32_MAX), Stored, "6081h in PUU/s.",
+        [object(0x6081, 0, U32, "Profile velocity")];
+    Acceleration = 200, (1, U32_MAX), Reloaded, "6083h, P1-34 in ms from 0 to 3000 rpm.",
+        [
+            object(0x2122, 0, I16, "P1-34 acceleration time in ms"),
+            object(0x6083, 0, U32, "Profile acceleration"),
+        ];
+    Deceleration = 200, (1, U32_MAX), Reloaded, "6084h, P1-35 in ms from 3000 rpm to 0.",
+        [
+            object(0x2123, 0, I16, "P1-35 deceleration time in ms"),
+            object(0x6084, 0, U32, "Profile deceleration"),
+        ];
+    QuickStopDeceleration = 0, (0, U32_MAX), Stored, "6085h in ms from 3000 rpm to 0; 0 is at once.",
+        [object(0x6085, 0, U32, "Quick stop deceleration")];
+    ProfileType = 0, I16_RANGE, Stored, "6086h, without effect.",
+        [object(0x6086, 0, I16, "Motion profile type")];
+    TorqueSlope = 200, (0, U32_MAX), Reloaded, "6087h, P1-36 in ms from 0 to the rated torque; 0 is at once.",
+        [object(0x2124, 0, I16, "P1-36 slope time in ms"), object(0x6087, 0, U32, "Torque slope")];
+    GearNumerator = 1, (1, U32_MAX), Reloaded, "6093h:1, P1-44.",
+        [object(0x212C, 0, I32, "P1-44 gear numerator"), object(0x6093, 1, U32, "Numerator")];
+    GearDenominator = 1, (1, U32_MAX), Reloaded, "6093h:2, P1-45.",
+        [object(0x212D, 0, I32, "P1-45 gear denominator"), object(0x6093, 2, U32, "Feed constant")];
+    HomingMethod = 0, (0, 35), Stored, "6098h.",
+        [object(0x6098, 0, I8, "Homing method")];
+    HomingSpeedSwitch = 100, (1, 20_000), Stored, "6099h:1 in rpm (half) or 0.1 rpm (full).",
+        [
+            object(0x6099, 1, U32, "Speed for switch").within(&[(1, 2000)]).only(Half),
+            object(0x6099, 1, U32, "Speed for switch").only(Full),
+        ];
+    HomingSpeedZero = 20, (1, 5000), Stored, "6099h:2 in rpm (half) or 0.1 rpm (full).",
+        [
+            object(0x6099, 2, U32, "Speed for zero").within(&[(1, 500)]).only(Half),
+            object(0x6099, 2, U32, "Speed for zero").only(Full),
+        ];
+    HomingAcceleration = 100, (0, U32_MAX), Stored, "609Ah in ms from 0 to 3000 rpm; 0 is at once.",
+        [object(0x609A, 0, U32, "Homing acceleration")];
+    PositionOffset = 0, I32_RANGE, Volatile, "60B0h, without effect.",
+        [object(0x60B0, 0, I32, "Position offset")];
+    VelocityOffset = 0, I32_RANGE, Volatile, "60B1h, without effect.",
+        [object(0x60B1, 0, I32, "Velocity offset")];
+    TorqueOffset = 0, I16_RANGE, Volatile, "60B2h, without effect.",
+        [object(0x60B2, 0, I16, "Torque offset")];
+    InterpolationSubMode = 0, (-2, 0), Stored, "60C0h.",
+        [
+            object(0x60C0, 0, I16, "Interpolation sub mode select").only(Half),
+            object(0x60C0, 0, I16, "Interpolation sub mode select").within(&[(-1, 0)]).only(Full),
+        ];
+    InterpolationPosition = 0, I32_RANGE, Volatile, "60C1h: the next position in PUU.",
+        [
+            object(0x60C1, 1, U16, "Position, low word").form(LowWord).only(Half),
+            object(0x60C1, 2, U16, "Position, high word").form(HighWord).only(Half),
+            object(0x60C1, 1, I32, "Position").only(Full),
+        ];
+    InterpolationDifference = 0, I16_RANGE, Volatile, "60C1h: its symmetrical difference in PUU per cycle.",
+        [
+            object(0x60C1, 3, I16, "Symmetrical difference").only(Half),
+            object(0x60C1, 2, I16, "Symmetrical difference").only(Full),
+        ];
+    CyclePeriod = 0, (0, U32_MAX), Stored, "1006h in us.",
+        [object(0x1006, 0, U32, "Communication cycle period").unmapped()];
+    CycleUnits = 1, (1, 20), Stored, "60C2h:1.",
+        [object(0x60C2, 1, U8, "Time units")];
+    CycleIndex = -3, (-128, 63), Stored, "60C2h:2: the exponent of ten.",
+        [object(0x60C2, 2, I8, "Time index")];
+    MaxAcceleration = 200, (0, U32_MAX), Stored, "60C5h, without effect: no unit is given.",
+        [object(0x60C5, 0, U32, "Max acceleration")];
+    MaxDeceleration = 200, (0, U32_MAX), Stored, "60C6h, without effect: no unit is given.",
+        [object(0x60C6, 0, U32, "Max deceleration")];
+    PositioningOption = 0, (0, U16_MAX), Stored, "60F2h, without effect.",
+        [object(0x60F2, 0, U16, "Positioning option code")];
+    TargetVelocity = 0, I32_RANGE, Volatile, "60FFh in 0.1 rpm.",
+        [object(0x60FF, 0, I32, "Target velocity")];
+    ErrorBehaviour = 0, (0, 2), Stored, "1029h:1.",
+        [object(0x1029, 1, U8, "Communication error").unmapped()];
 }
 
 /// A digit of a parameter, X is the lowest.
@@ -115,6 +209,18 @@ pub enum Digit {
     Y,
     /// Bits 11..8.
     Z,
+}
+
+impl Digit {
+    /// It in a value.
+    pub(crate) const fn of(self, value: i64) -> u8 {
+        let [low, high, ..] = value.to_le_bytes();
+        match self {
+            Self::X => low & 0xF,
+            Self::Y => low >> 4,
+            Self::Z => high & 0xF,
+        }
+    }
 }
 
 /// All values.
@@ -148,12 +254,7 @@ impl Settings {
 
     /// A digit of a value.
     pub(crate) fn digit(&self, setting: Setting, digit: Digit) -> u8 {
-        let [low, high, ..] = self.of(setting).to_le_bytes();
-        match digit {
-            Digit::X => low & 0xF,
-            Digit::Y => low >> 4,
-            Digit::Z => high & 0xF,
-        }
+        digit.of(self.of(setting))
     }
 
     /// Values as they are after a start, from those that are kept.

@@ -38,7 +38,7 @@ impl Drive {
         objects::of(self.servo.level())
     }
 
-    fn link(&self, at: Address) -> Option<Link> {
+    fn link(&self, at: Address) -> Option<&'static Link> {
         Link::of(self.servo.level(), at)
     }
 
@@ -153,12 +153,12 @@ impl Application for Drive {
         match source {
             Source::Image => {
                 let value = link.write(self.servo.kept(), number);
-                self.servo.recall(link.setting(), value);
+                self.servo.recall(link.setting, value);
             }
             Source::Sdo | Source::Rpdo(_) => {
                 self.servo.advance(now);
                 let value = link.write(self.servo.settings(), number);
-                self.servo.set(link.setting(), value);
+                self.servo.set(link.setting, value);
             }
         }
         Ok(Written::Done)

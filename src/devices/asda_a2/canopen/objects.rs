@@ -1,12 +1,13 @@
 //! The object dictionary of the ASDA-A2, one table for each level of CANopen (P1-01).
 
-use super::links::Link;
+use super::links::{LINKS, Link};
 use crate::can_bus::canopen::eds::Sheet;
-use crate::can_bus::canopen::value::DataType;
 use crate::can_bus::canopen::value::DataType::{I8, I16, I32, U8, U16, U32};
-use crate::can_bus::canopen::{Address, Entry, Object};
+use crate::can_bus::canopen::{Entry, Object};
+use crate::devices::asda_a2::Level;
+use crate::devices::asda_a2::on_canopen::Name;
 use crate::devices::asda_a2::settings::Keeping;
-use crate::devices::asda_a2::{Level, Setting};
+use crate::face::ObjectEntry;
 
 /// The objects of a level.
 pub(super) const fn of(level: Level) -> &'static [Object] {
@@ -16,8 +17,50 @@ pub(super) const fn of(level: Level) -> &'static [Object] {
     }
 }
 
-static HALF: [Object; COUNT] = objects(Level::Half);
-static FULL: [Object; COUNT] = objects(Level::Full);
+static HALF: [Object; 103] = objects(Level::Half, OTHERS_HALF);
+static FULL: [Object; 103] = objects(Level::Full, OTHERS_FULL);
+
+const OTHERS_HALF: &[Object] = &others(Level::Half);
+const OTHERS_FULL: &[Object] = &others(Level::Full);
+
+/// The entry of each link.
+static ENTRIES: [[Entry; 1]; LINKS.len()] = entries();
+
+#[expect(clippy::indexing_slicing, reason = "runs in the compiler only")]
+const fn entries() -> [[Entry; 1]; LINKS.len()] {
+    let mut entries = [const { [highest(0)] }; LINKS.len()];
+    let mut place = 0;
+    while place < LINKS.len() {
+        entries[place] = [entry(&LINKS[place])];
+        place += 1;
+    }
+    entries
+}
+
+/// The settings among the other objects, sorted by index.
+#[expect(clippy::indexing_slicing, reason = "runs in the compiler only")]
+const fn objects<const N: usize>(level: Level, others: &[Object]) -> [Object; N] {
+    let mut objects = [const { Object::array(0, "", &[]) }; N];
+    let (mut count, mut other, mut place) = (0, 0, 0);
+    while place < LINKS.len() {
+        let index = LINKS[place].name.object.at.0;
+        while other < others.len() && others[other].index.0 < index {
+            objects[count] = Object { ..others[other] };
+            (count, other) = (count + 1, other + 1);
+        }
+        if LINKS[place].is_alone(level) {
+            objects[count] = Object::var(index, &ENTRIES[place]);
+            count += 1;
+        }
+        place += 1;
+    }
+    while other < others.len() {
+        objects[count] = Object { ..others[other] };
+        (count, other) = (count + 1, other + 1);
+    }
+    assert!(count == N, "another number of objects");
+    objects
+}
 
 /// Transmission types; 241 to 253 are not offered (CN-203).
 const TYPES: &[(i64, i64)] = &[(0, 240), (254, 255)];
@@ -50,39 +93,41 @@ const fn highest(sub: i64) -> Entry {
     Entry::ro(0, "Highest sub-index", U8).number(sub)
 }
 
-/// An entry that is a setting: default, limits and keeping are those of the setting, as far as the type goes.
-const fn setting(index: u16, sub: u8, name: &'static str, data: DataType) -> Entry {
-    level_setting(Level::Full, index, sub, name, data)
+/// The entry of a setting that both levels have alike.
+const fn setting(index: u16, sub: u8) -> Entry {
+    level_setting(Level::Full, index, sub)
 }
 
-const fn level_setting(level: Level, index: u16, sub: u8, name: &'static str, data: DataType) -> Entry {
-    let Some(link) = Link::of(level, Address::new(index, sub)) else {
-        panic!("no setting is linked to this entry")
-    };
-    let setting = link.setting();
-    let entry = Entry::rw(sub, name, data).number(link.of_setting(setting.default())).to_pdo();
-    let (low, high) = limits(level, link);
+#[expect(clippy::indexing_slicing, reason = "runs in the compiler only")]
+const fn level_setting(level: Level, index: u16, sub: u8) -> Entry {
+    let mut place = 0;
+    while place < LINKS.len() {
+        let name = &LINKS[place].name;
+        if name.object.at.0 == index && name.object.at.1 == sub && name.is_of(level) {
+            return entry(&LINKS[place]);
+        }
+        place += 1;
+    }
+    panic!("no setting has this name")
+}
+
+/// The entry of a setting: default, limits and keeping are those of the setting, as far as the type goes.
+const fn entry(link: &Link) -> Entry {
+    let Link { setting, name: Name { object: ObjectEntry { at: (_, sub), data, name }, form, .. } } = *link;
+    let entry = Entry::rw(sub, name, data).number(form.of_setting(setting.default()));
+    let (low, high) = form.limits(setting.range());
     let (least, most) = match data.range() {
         Some(range) => range,
         None => (low, high),
     };
-    let entry = entry.range(if low < least { least } else { low }, if high > most { most } else { high });
+    let entry = match link.name.within {
+        Some(ranges) => entry.ranges(ranges),
+        None => entry.range(if low < least { least } else { low }, if high > most { most } else { high }),
+    };
+    let entry = if link.name.mappable { entry.to_pdo() } else { entry };
     match setting.keeping() {
         Keeping::Volatile => entry,
         Keeping::Stored | Keeping::Reloaded | Keeping::Address => entry.stored(),
-    }
-}
-
-/// The limits of an entry in its own unit. Homing speeds of half CANopen are in rpm (CN-225); 60C0h = -2 is for half.
-const fn limits(level: Level, link: Link) -> (i64, i64) {
-    let (low, high) = link.setting().range();
-    match (link, level) {
-        (Link::Whole(Setting::HomingSpeedSwitch | Setting::HomingSpeedZero), Level::Half) => (low, high / 10),
-        (Link::Whole(Setting::InterpolationSubMode), Level::Full) => (-1, high),
-        (Link::Whole(_) | Link::Rates, _) => (low, high),
-        (Link::Tenth(_), _) => (low / 10, high / 10),
-        (Link::Shutdown, _) => (-1, 0),
-        (Link::LowWord(_) | Link::HighWord(_), _) => (0, 0xFFFF),
     }
 }
 
@@ -128,24 +173,6 @@ const fn error_field(sub: u8) -> Entry {
     Entry::ro(sub, "Standard error field", U32).number(0).node()
 }
 
-/// An object of one entry that is a setting.
-macro_rules! var {
-    ($index:literal, $name:literal, $data:ident) => {
-        Object::var($index, const { &[setting($index, 0, $name, $data)] })
-    };
-}
-
-/// The same, not to be mapped into PDOs.
-macro_rules! unmapped {
-    ($index:literal, $name:literal, $data:ident) => {
-        Object::var($index, const { &[fixed(setting($index, 0, $name, $data))] })
-    };
-}
-
-const fn fixed(entry: Entry) -> Entry {
-    Entry { mapping: crate::can_bus::canopen::dictionary::Mapping::No, ..entry }
-}
-
 /// An actual value.
 macro_rules! actual {
     ($index:literal, $name:literal, $data:ident) => {
@@ -157,10 +184,11 @@ macro_rules! entries {
     ($($entry:expr),* $(,)?) => { const { &[$($entry),*] } };
 }
 
-const COUNT: usize = 103;
+const OTHERS: usize = 53;
 
+/// The objects that are no setting, and those that hold several.
 #[rustfmt::skip]
-const fn objects(level: Level) -> [Object; COUNT] {
+const fn others(level: Level) -> [Object; OTHERS] {
     [
         Object::var(0x1000, entries![Entry::ro(0, "Device type", U32).number(0x0402_0192)]),
         Object::var(0x1001, entries![Entry::ro(0, "Error register", U8).number(0).node().to_tpdo()]),
@@ -169,7 +197,6 @@ const fn objects(level: Level) -> [Object; COUNT] {
             error_field(1), error_field(2), error_field(3), error_field(4), error_field(5),
         ]),
         Object::var(0x1005, entries![Entry::rw(0, "COB-ID SYNC", U32).number(0x80).node().stored()]),
-        unmapped!(0x1006, "Communication cycle period", U32),
         Object::var(0x100C, entries![Entry::rw(0, "Guard time", U16).number(0).node().stored()]),
         Object::var(0x100D, entries![Entry::rw(0, "Life time factor", U8).number(0).node().stored()]),
         Object::array(0x1010, "Store parameters", entries![
@@ -192,7 +219,7 @@ const fn objects(level: Level) -> [Object; COUNT] {
             Entry::ro(3, "Revision number", U32).number(0),
         ]),
         Object::array(0x1029, "Error behaviour", entries![
-            highest(1), fixed(setting(0x1029, 1, "Communication error", U8)),
+            highest(1), setting(0x1029, 1),
         ]),
         Object::record(0x1200, "SDO server parameter", entries![
             highest(2),
@@ -215,116 +242,60 @@ const fn objects(level: Level) -> [Object; COUNT] {
         Object::record(0x1A01, "TPDO 2 mapping parameter", MAPPING),
         Object::record(0x1A02, "TPDO 3 mapping parameter", MAPPING),
         Object::record(0x1A03, "TPDO 4 mapping parameter", MAPPING),
-        var!(0x2101, "P1-01 control mode", I16),
-        var!(0x2120, "P1-32 stop mode", I16),
-        var!(0x2122, "P1-34 acceleration time in ms", I16),
-        var!(0x2123, "P1-35 deceleration time in ms", I16),
-        var!(0x2124, "P1-36 slope time in ms", I16),
-        var!(0x2126, "P1-38 zero speed in 0.1 rpm", I16),
-        var!(0x212C, "P1-44 gear numerator", I32),
-        var!(0x212D, "P1-45 gear denominator", I32),
-        var!(0x212F, "P1-47 speed reached in rpm", I16),
-        var!(0x2131, "P1-49 speed reached time in ms", I16),
-        var!(0x2137, "P1-55 maximum speed in rpm", I16),
-        var!(0x2208, "P2-08 special write", I16),
-        Object::var(0x2223, entries![
-            setting(0x2223, 0, "P2-35 excessive deviation in PUU", I32).range(1, i32::MAX as i64),
-        ]),
-        var!(0x2300, "P3-00 node number", I16),
-        var!(0x2301, "P3-01 rates", I16),
-        var!(0x2309, "P3-09 SYNC adjustment", I16),
-        var!(0x230A, "P3-10 CANopen enable", I16),
-        var!(0x230B, "P3-11 CANopen options", I16),
-        var!(0x230C, "P3-12 quick stop options", I16),
         actual!(0x603F, "Error code", U16),
         Object::var(0x6040, match level {
             Level::Half => entries![Entry::rw(0, "Controlword", U16).number(0).to_pdo()],
             Level::Full => entries![Entry::rw(0, "Controlword", U16).number(4).to_pdo()],
         }),
         actual!(0x6041, "Statusword", U16),
-        unmapped!(0x605B, "Shutdown option code", I16),
-        unmapped!(0x605E, "Fault reaction option code", I16),
-        Object::var(0x6060, entries![
-            setting(0x6060, 0, "Modes of operation", I8).ranges(&[(0, 1), (3, 4), (6, 7)]),
-        ]),
         actual!(0x6061, "Modes of operation display", I8),
         actual!(0x6062, "Position demand value", I32),
         actual!(0x6063, "Position actual value in increments", I32),
         actual!(0x6064, "Position actual value", I32),
-        var!(0x6065, "Following error window", U32),
-        var!(0x6067, "Position window", U32),
-        var!(0x6068, "Position window time", U16),
         actual!(0x606B, "Velocity demand value", I32),
         actual!(0x606C, "Velocity actual value", I32),
-        var!(0x606D, "Velocity window", U16),
-        var!(0x606E, "Velocity window time", U16),
-        var!(0x606F, "Velocity threshold", U16),
-        var!(0x6071, "Target torque", I16),
         actual!(0x6074, "Torque demand value", I16),
         actual!(0x6075, "Motor rated current", U32),
         actual!(0x6076, "Motor rated torque", U32),
         actual!(0x6077, "Torque actual value", I16),
         actual!(0x6078, "Current actual value", I16),
-        var!(0x607A, "Target position", I32),
-        var!(0x607C, "Home offset", I32),
         Object::array(0x607D, "Software position limit", entries![
-            highest(2), setting(0x607D, 1, "Reverse", I32), setting(0x607D, 2, "Forward", I32),
+            highest(2), setting(0x607D, 1), setting(0x607D, 2),
         ]),
-        var!(0x607F, "Max profile velocity", U32),
-        var!(0x6080, "Max motor speed", U32),
-        var!(0x6081, "Profile velocity", U32),
-        var!(0x6083, "Profile acceleration", U32),
-        var!(0x6084, "Profile deceleration", U32),
-        var!(0x6085, "Quick stop deceleration", U32),
-        var!(0x6086, "Motion profile type", I16),
-        var!(0x6087, "Torque slope", U32),
         Object::array(0x6093, "Position factor", entries![
-            highest(2), setting(0x6093, 1, "Numerator", U32), setting(0x6093, 2, "Feed constant", U32),
+            highest(2), setting(0x6093, 1), setting(0x6093, 2),
         ]),
-        var!(0x6098, "Homing method", I8),
         Object::array(0x6099, "Homing speeds", match level {
             Level::Half => entries![
                 highest(2),
-                level_setting(Level::Half, 0x6099, 1, "Speed for switch", U32),
-                level_setting(Level::Half, 0x6099, 2, "Speed for zero", U32),
+                level_setting(Level::Half, 0x6099, 1),
+                level_setting(Level::Half, 0x6099, 2),
             ],
             Level::Full => entries![
                 highest(2),
-                level_setting(Level::Full, 0x6099, 1, "Speed for switch", U32),
-                level_setting(Level::Full, 0x6099, 2, "Speed for zero", U32),
+                level_setting(Level::Full, 0x6099, 1),
+                level_setting(Level::Full, 0x6099, 2),
             ],
-        }),
-        var!(0x609A, "Homing acceleration", U32),
-        var!(0x60B0, "Position offset", I32),
-        var!(0x60B1, "Velocity offset", I32),
-        var!(0x60B2, "Torque offset", I16),
-        Object::var(0x60C0, match level {
-            Level::Half => entries![level_setting(Level::Half, 0x60C0, 0, "Interpolation sub mode select", I16)],
-            Level::Full => entries![level_setting(Level::Full, 0x60C0, 0, "Interpolation sub mode select", I16)],
         }),
         Object::record(0x60C1, "Interpolation data record", match level {
             Level::Half => entries![
                 highest(3),
-                level_setting(Level::Half, 0x60C1, 1, "Position, low word", U16),
-                level_setting(Level::Half, 0x60C1, 2, "Position, high word", U16),
-                level_setting(Level::Half, 0x60C1, 3, "Symmetrical difference", I16),
+                level_setting(Level::Half, 0x60C1, 1),
+                level_setting(Level::Half, 0x60C1, 2),
+                level_setting(Level::Half, 0x60C1, 3),
             ],
             Level::Full => entries![
                 highest(2),
-                level_setting(Level::Full, 0x60C1, 1, "Position", I32),
-                level_setting(Level::Full, 0x60C1, 2, "Symmetrical difference", I16),
+                level_setting(Level::Full, 0x60C1, 1),
+                level_setting(Level::Full, 0x60C1, 2),
             ],
         }),
         Object::record(0x60C2, "Interpolation time period", entries![
-            highest(2), setting(0x60C2, 1, "Time units", U8), setting(0x60C2, 2, "Time index", I8),
+            highest(2), setting(0x60C2, 1), setting(0x60C2, 2),
         ]),
-        var!(0x60C5, "Max acceleration", U32),
-        var!(0x60C6, "Max deceleration", U32),
-        var!(0x60F2, "Positioning option code", U16),
         actual!(0x60F4, "Following error actual value", I32),
         actual!(0x60FC, "Position demand value in increments", I32),
         actual!(0x60FD, "Digital inputs", U32),
-        var!(0x60FF, "Target velocity", I32),
         Object::var(0x6502, entries![Entry::ro(0, "Supported drive modes", U32).number(0x6D).to_tpdo()]),
     ]
 }
