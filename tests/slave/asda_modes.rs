@@ -110,6 +110,24 @@ fn dp_02_the_following_error_is_bit_13_and_al009() {
 }
 
 #[test]
+fn the_following_error_window_is_for_the_profile_position_mode() {
+    let mut rig = Rig::full();
+    rig.enable(Mode::ProfileVelocity);
+    rig.set(0x6065, 0, 1000);
+    rig.device.set_inputs(rig.now, Inputs { blocked: true, ..Inputs::NOMINAL });
+    rig.set(0x60FF, 0, 10_000);
+    rig.pass(millis(1000));
+    assert_eq!(rig.servo().alarms(), [], "the guide has 6065h in PP only");
+    rig.device.set_inputs(rig.now, Inputs::NOMINAL);
+    let mut top = 0;
+    for _ in 0..100 {
+        rig.pass(millis(1));
+        top = top.max(rig.signed(0x606C));
+    }
+    assert!((10_000..11_500).contains(&top), "{top}: what was lost while it was blocked is not caught up");
+}
+
+#[test]
 fn position_window_and_its_time() {
     let mut rig = in_pp();
     rig.set(0x6068, 0, 50);

@@ -1,7 +1,8 @@
 //! The dictionary of the ASDA-A2, SDO and PDO mapping (`canopen-asda-a2.md` 11 to 13, 15).
 
 use profidrive::can_bus::canopen::check;
-use profidrive::can_bus::canopen::dictionary::{Access, Home, Mapping};
+use profidrive::can_bus::canopen::dictionary;
+use profidrive::can_bus::canopen::dictionary::{Access, Default, Home, Mapping};
 use profidrive::can_bus::canopen::value::DataType;
 use profidrive::can_bus::canopen::{Address, NodeId};
 use profidrive::devices::asda_a2::Level;
@@ -122,6 +123,14 @@ fn do_01_the_table_is_the_dictionary_of_the_reference_row_by_row() {
 }
 
 #[test]
+fn the_data_sheet_has_the_defaults_that_the_guide_prints_for_what_is_only_read() {
+    for index in [0x603F, 0x6041, 0x6061, 0x6062, 0x6063, 0x6064] {
+        let entry = dictionary::entry(AsdaA2::objects(Level::Full), Address::new(index, 0)).unwrap();
+        assert_eq!(entry.default, Default::Number(0), "{index:04X}h");
+    }
+}
+
+#[test]
 fn do_01_every_row_is_read_with_its_type_and_default() {
     let mut rig = Rig::full();
     each_entry(|row| {
@@ -166,7 +175,27 @@ fn do_02_read_only_range_and_length() {
     for kind in 241..=253 {
         assert_eq!(rig.write(0x1800, 2, kind), Err(RANGE), "type {kind}, CN-203");
     }
-    assert_eq!(rig.write(0x230C, 0, 0x0002), Err(RANGE), "P3-12 has digits 0 and 1");
+    for (index, value) in [
+        // P3-09: E 1 to 9, T 0 to 9, D 0 to F, M 1 to F.
+        (0x2309, 0x0055),
+        (0x2309, 0xA055),
+        (0x2309, 0x5A55),
+        (0x2309, 0x5050),
+        // P3-10: X and Y.
+        (0x230A, 0x0002),
+        (0x230A, 0x0020),
+        (0x230A, 0x0100),
+        // P3-11: X; Y has no function.
+        (0x230B, 0x0002),
+        (0x230B, 0x1000),
+        // P3-12: X, Y and Z.
+        (0x230C, 0x0002),
+    ] {
+        assert_eq!(rig.write(index, 0, value), Err(RANGE), "{index:04X}h := {value:04X}h");
+    }
+    for (index, value) in [(0x2309, 0x9901), (0x230A, 0x0011), (0x230B, 0x00F1), (0x230C, 0x0111)] {
+        assert_eq!(rig.write(index, 0, value), Ok(()), "{index:04X}h := {value:04X}h");
+    }
     assert_eq!(rig.write(0x2200, 0, 0), Err(0x0602_0000), "CN-237");
     assert_eq!(rig.read(0x1018, 4), Err(0x0609_0011));
 }

@@ -79,6 +79,56 @@ fn quick_stop_ramps_with_6085h_and_holds_until_disable_voltage() {
     assert_eq!(rig.servo().state(), State::SwitchOnDisabled);
 }
 
+/// 2000 rpm, and then what ends the operation.
+fn off_while_turning(ramp: u16, millis_of_ramp: i64, off: impl FnOnce(&mut Rig)) -> Rig {
+    let mut rig = Rig::full();
+    rig.enable(Mode::ProfileVelocity);
+    rig.set(0x60FF, 0, 20_000);
+    rig.pass(millis(500));
+    rig.set(ramp, 0, millis_of_ramp);
+    off(&mut rig);
+    rig
+}
+
+#[test]
+fn a_fault_brakes_the_shaft_before_the_servo_goes_off() {
+    for (reaction, ramp, time) in [(2, 0x6085, 0), (1, 0x6084, 1), (2, 0x6085, 100)] {
+        let mut rig = off_while_turning(ramp, time, |rig| {
+            rig.set(0x605E, 0, reaction);
+            rig.device.set_inputs(rig.now, Inputs { emergency_stop_released: false, ..Inputs::NOMINAL });
+        });
+        rig.pass(millis(250));
+        assert_eq!(rig.status() & 0x4F, 0x08, "605Eh = {reaction}");
+        assert_eq!(rig.signed(0x606C), 0, "605Eh = {reaction}");
+    }
+    let mut rig = off_while_turning(0x6085, 0, |rig| {
+        rig.set(0x605E, 0, 0);
+        rig.device.provoke(rig.now, Alarm::Encoder);
+    });
+    rig.pass(millis(250));
+    assert_eq!(rig.status() & 0x4F, 0x08, "605Eh = 0");
+    assert!(rig.signed(0x606C) > 10_000, "605Eh = 0: the motor coasts");
+}
+
+#[test]
+fn disable_operation_brakes_the_shaft_before_the_servo_goes_off() {
+    let mut rig = off_while_turning(0x6084, 1, |rig| rig.control(0x07));
+    rig.pass(millis(250));
+    assert_eq!((rig.servo().state(), rig.signed(0x606C)), (State::SwitchedOn, 0));
+}
+
+#[test]
+fn a_shaft_that_a_load_turns_does_not_keep_the_servo_on() {
+    let mut rig = off_while_turning(0x6085, 0, |rig| {
+        rig.device.set_inputs(rig.now, Inputs { load_torque: 50.0, ..Inputs::NOMINAL });
+        rig.device.provoke(rig.now, Alarm::Encoder);
+    });
+    rig.pass(millis(100));
+    assert_eq!(rig.status() & 0x4F, 0x0F, "fault reaction active");
+    rig.pass(millis(1000));
+    assert_eq!(rig.status() & 0x4F, 0x08);
+}
+
 #[test]
 fn digit_y_of_p3_12_lets_a_fault_reset_end_the_quick_stop() {
     let mut rig = Rig::full();

@@ -14,7 +14,12 @@ pub(super) struct Stopping {
     pub(super) deceleration: f64,
     /// What is said to the state machine at its end.
     then: Then,
+    /// How long its end still waits for the shaft, in steps.
+    patience: u16,
 }
+
+/// So many steps a servo that goes off waits for its shaft behind the ramp: a load may turn it for ever.
+const PATIENCE: u16 = 1000;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Then {
@@ -227,13 +232,16 @@ impl Servo {
         if self.mode == Some(Mode::ProfileTorque) && self.stopping.is_none() {
             self.demand = Demand { position: self.plant.position, velocity: self.plant.velocity };
         }
-        self.stopping = Some(Stopping { deceleration, then });
+        self.stopping = Some(Stopping { deceleration, then, patience: PATIENCE });
     }
 
-    /// The ramp came to rest.
+    /// The ramp came to rest. A servo that goes off waits for the shaft, which would coast otherwise.
     pub(super) fn stopped(&mut self) {
-        let Some(stopping) = self.stopping else { return };
+        let Some(stopping) = &mut self.stopping else { return };
         match stopping.then {
+            Then::Leave(_) | Then::Fault if stopping.patience > 0 && !self.plant.comes_to_rest() => {
+                stopping.patience -= 1;
+            }
             Then::GoOn => {
                 self.stopping = None;
                 self.rest_here();
@@ -262,15 +270,10 @@ impl Servo {
         if mode == self.mode {
             return;
         }
-        let was_torque = self.mode == Some(Mode::ProfileTorque);
         self.clear_targets();
         self.homing_axis = None;
         if self.state == State::OperationEnabled && self.stopping.is_none() {
-            if was_torque {
-                self.demand = Demand { position: self.plant.position, velocity: self.plant.velocity };
-            }
-            let deceleration = self.ramp(Setting::Deceleration);
-            self.stopping = Some(Stopping { deceleration, then: Then::GoOn });
+            self.stop(self.ramp(Setting::Deceleration), Then::GoOn);
         }
         self.mode = mode;
         self.has_point = false;
@@ -385,7 +388,8 @@ impl Servo {
             self.raise(Alarm::Overload);
         }
         let window = self.settings.of(Setting::FollowingErrorWindow);
-        if self.is_on() && self.controls_position() && i64::from(self.following_error_puu()).abs() > window {
+        let minded = self.is_on() && self.mode == Some(Mode::ProfilePosition);
+        if minded && i64::from(self.following_error_puu()).abs() > window {
             self.following_error = true;
             self.raise(Alarm::Deviation);
         }

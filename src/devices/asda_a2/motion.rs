@@ -6,7 +6,7 @@ use super::alarm::Alarm;
 use super::homing::{Homing, Method, Progress, Speeds};
 use super::inputs::{Axis, Closed, Switches};
 use super::interpolation::{Interpolation, Point};
-use super::plant::{Drive, INCREMENTS_PER_REVOLUTION, approach};
+use super::plant::{Drive, INCREMENTS_PER_REVOLUTION, POSITION_GAIN, approach};
 use super::position::{SetPoint, SetPoints};
 use super::profile::{Demand, Ramp, acceleration};
 use super::settings::{Digit, Setting};
@@ -35,6 +35,9 @@ pub(super) enum HomingState {
     Attained,
     Failed,
 }
+
+/// The way that a velocity may lose and still catch up, increments: that of 100 rpm at the gain of the position loop.
+const MOST_LOST: f64 = 100.0 / 60.0 * INCREMENTS_PER_REVOLUTION / POSITION_GAIN;
 
 /// Periods of 1006h for interpolation (CN-235), us.
 const CYCLE_MICROS: core::ops::RangeInclusive<i64> = 1000..=20_000;
@@ -146,11 +149,6 @@ impl Servo {
         by_position.or(self.inputs.pressed)
     }
 
-    /// Whether the demand is a position.
-    pub(super) fn controls_position(&self) -> bool {
-        self.stopping.is_some() || self.motion != Motion::Torque
-    }
-
     /// SYNC: the position of 60C1h is the next one.
     pub(crate) fn sync(&mut self, now: Instant) {
         let Motion::Interpolation(before) = self.motion else { return };
@@ -216,6 +214,9 @@ impl Servo {
             let brake = self.settings.digit(Setting::StopMode, Digit::Y) == 0;
             return if brake { Drive::Brake } else { Drive::Free };
         }
+        if self.motion == Motion::Velocity {
+            self.forget_lost_way();
+        }
         let from = self.demand.position;
         if let Some(stopping) = self.stopping {
             self.brake(stopping.deceleration);
@@ -253,6 +254,12 @@ impl Servo {
             Motion::Interpolation(interpolation) => self.step_interpolation(interpolation),
         }
         self.follow(from)
+    }
+
+    /// A velocity is no way to go: what the shaft lost while it could not follow is not caught up.
+    fn forget_lost_way(&mut self) {
+        let lost = self.demand.position - self.plant.position;
+        self.demand.position = self.plant.position + lost.clamp(-MOST_LOST, MOST_LOST);
     }
 
     fn follow(&self, from: f64) -> Drive {

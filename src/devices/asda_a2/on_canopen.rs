@@ -13,6 +13,8 @@ pub(crate) struct Name {
     pub(crate) form: Form,
     /// What may be written, if that is not what the setting takes.
     pub(crate) within: Option<&'static [(i64, i64)]>,
+    /// What each of its digits may be, if that is less.
+    pub(crate) digits: Option<Digits>,
     /// Whether it can be mapped into PDOs.
     pub(crate) mappable: bool,
     /// The level of CANopen that has it, both if `None`.
@@ -36,10 +38,28 @@ pub(crate) enum Form {
     HighWord,
 }
 
+/// What the digits of a value may be.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Digits {
+    /// The lowest and the highest value of each digit, as they are written: U, Z, Y, X.
+    ranges: [(u8, u8); 4],
+    /// The same as the end of "1 was written, but".
+    pub(crate) must: &'static str,
+}
+
+impl Digits {
+    /// Whether the digits of a value are in their ranges.
+    pub(crate) fn take(&self, value: i64) -> bool {
+        let [low, high, ..] = value.to_le_bytes();
+        let digits = [high >> 4, high & 0xF, low >> 4, low & 0xF];
+        self.ranges.iter().zip(digits).all(|(&(least, most), digit)| (least..=most).contains(&digit))
+    }
+}
+
 /// A name of both levels that is the whole setting and can be mapped.
 pub(super) const fn object(index: u16, sub: u8, data: DataType, name: &'static str) -> Name {
     let object = ObjectEntry { at: (index, sub), data, name };
-    Name { object, form: Form::Whole, within: None, mappable: true, level: None }
+    Name { object, form: Form::Whole, within: None, digits: None, mappable: true, level: None }
 }
 
 impl Name {
@@ -49,6 +69,10 @@ impl Name {
 
     pub(super) const fn within(self, ranges: &'static [(i64, i64)]) -> Self {
         Self { within: Some(ranges), ..self }
+    }
+
+    pub(super) const fn digits(self, ranges: [(u8, u8); 4], must: &'static str) -> Self {
+        Self { digits: Some(Digits { ranges, must }), ..self }
     }
 
     pub(super) const fn unmapped(self) -> Self {

@@ -13,7 +13,7 @@ use super::inputs::Inputs;
 pub const INCREMENTS_PER_REVOLUTION: f64 = 1_280_000.0;
 
 /// The gain of the position loop, 1/s.
-const POSITION_GAIN: f64 = 200.0;
+pub(super) const POSITION_GAIN: f64 = 200.0;
 
 /// The motor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -102,6 +102,15 @@ impl Plant {
     /// Whether nothing changes by itself.
     pub(super) fn rests(&self) -> bool {
         self.velocity == 0.0 && self.heat == 0.0
+    }
+
+    /// Whether the shaft stands: what moves it less than an increment in a second is held by its friction.
+    pub(super) fn comes_to_rest(&mut self) -> bool {
+        let stands = self.velocity.abs() < 1.0;
+        if stands {
+            self.velocity = 0.0;
+        }
+        stands
     }
 
     /// Lets `time` seconds pass.

@@ -60,6 +60,8 @@ macro_rules! settings {
 const U16_MAX: i64 = u16::MAX as i64;
 const U32_MAX: i64 = u32::MAX as i64;
 const I32_RANGE: (i64, i64) = (i32::MIN as i64, i32::MAX as i64);
+/// A digit that takes every value.
+const ANY: (u8, u8) = (0, 15);
 const I16_RANGE: (i64, i64) = (i16::MIN as i64, i16::MAX as i64);
 
 #[rustfmt::skip] // a row is what it is on its own, then each of its names
@@ -69,7 +71,8 @@ settings! {
     NodeNumber = 0x7F, (1, 0x7F), Address, "P3-00.",
         [object(0x2300, 0, I16, "P3-00 node number")];
     Rates = 0x0203, (0, 0x0405), Address, "P3-01: digit Z is the rate of CAN.",
-        [object(0x2301, 0, I16, "P3-01 rates").form(Rates)];
+        [object(0x2301, 0, I16, "P3-01 rates").form(Rates)
+            .digits([ANY, (0, 4), ANY, ANY], "digit Z of P3-01, the bit rate, must be 0 to 4")];
     StopMode = 0x10, I16_RANGE, Reloaded, "P1-32: digit Y = 0 dynamic brake, 1 none (605Bh = -1, 0).",
         [
             object(0x2120, 0, I16, "P1-32 stop mode"),
@@ -80,13 +83,17 @@ settings! {
     SpecialWrite = 0, I16_RANGE, Volatile, "P2-08.",
         [object(0x2208, 0, I16, "P2-08 special write")];
     SyncAdjustment = 0x5055, I16_RANGE, Stored, "P3-09: digits E range, T target, D dead zone, M correction.",
-        [object(0x2309, 0, I16, "P3-09 SYNC adjustment")];
+        [object(0x2309, 0, I16, "P3-09 SYNC adjustment")
+            .digits([(1, 9), (0, 9), ANY, (1, 15)], "of P3-09 digit E must be 1 to 9, T 0 to 9, M 1 to F")];
     CanEnable = 0, I16_RANGE, Stored, "P3-10: digit Y = 1 servo off on errors of the bus.",
-        [object(0x230A, 0, I16, "P3-10 CANopen enable")];
+        [object(0x230A, 0, I16, "P3-10 CANopen enable")
+            .digits([(0, 0), (0, 0), (0, 1), (0, 1)], "of P3-10 digits X and Y must be 0 or 1, the others 0")];
     PdoToEeprom = 0, I16_RANGE, Stored, "P3-11: models M and F only.",
-        [object(0x230B, 0, I16, "P3-11 CANopen options")];
+        [object(0x230B, 0, I16, "P3-11 CANopen options")
+            .digits([(0, 0), (0, 0), ANY, (0, 1)], "of P3-11 digit X must be 0 or 1, Z and U 0")];
     QuickStopOptions = 0, (0, 0x0111), Stored, "P3-12: digits Z, Y, X.",
-        [object(0x230C, 0, I16, "P3-12 quick stop options")];
+        [object(0x230C, 0, I16, "P3-12 quick stop options")
+            .digits([(0, 0), (0, 1), (0, 1), (0, 1)], "digits X, Y and Z of P3-12 must be 0 or 1")];
     FaultReaction = 2, (0, 2), Stored, "605Eh.",
         [object(0x605E, 0, I16, "Fault reaction option code").unmapped()];
     Mode = 0, (0, 7), Stored, "6060h.",

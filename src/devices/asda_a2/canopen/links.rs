@@ -1,8 +1,8 @@
 //! Which setting of the drive an object is: the names in the rows of the settings, by their places.
 
 use crate::can_bus::canopen::Address;
-use crate::devices::asda_a2::on_canopen::{Form, Name};
-use crate::devices::asda_a2::{Digit, Level, Setting, Settings};
+use crate::devices::asda_a2::on_canopen::Name;
+use crate::devices::asda_a2::{Level, Setting, Settings};
 
 /// A setting by one of its names.
 #[derive(Clone, Copy, Debug)]
@@ -38,29 +38,15 @@ impl Link {
     }
 
     /// What [`accepts`](Self::accepts) looks at, as the end of "1 was written, but".
-    pub(super) const fn needs(&self) -> Option<&'static str> {
-        match (self.name.form, self.setting) {
-            (Form::Rates, _) => Some("digit Z of P3-01, the bit rate, must be 0 to 4"),
-            (Form::Whole, Setting::QuickStopOptions) => Some("digits X, Y and Z of P3-12 must be 0 or 1"),
-            (Form::Whole | Form::Tenth | Form::Shutdown | Form::LowWord | Form::HighWord, _) => None,
-        }
+    pub(super) fn needs(&self) -> Option<&'static str> {
+        self.name.digits.map(|digits| digits.must)
     }
 
-    /// Whether the value can be written: P3-01 has only five rates of CAN.
+    /// Whether the digits of the value can be written.
     pub(super) fn accepts(&self, settings: &Settings, value: i64) -> bool {
-        let after = self.write(settings, value);
-        match (self.name.form, self.setting) {
-            (Form::Rates, _) => after >> 8 & 0xF <= i64::from(MAX_RATE),
-            (Form::Whole, Setting::QuickStopOptions) => {
-                [Digit::X, Digit::Y, Digit::Z].into_iter().all(|digit| digit.of(after) <= 1)
-            }
-            (Form::Whole | Form::Tenth | Form::Shutdown | Form::LowWord | Form::HighWord, _) => true,
-        }
+        self.name.digits.is_none_or(|digits| digits.take(self.write(settings, value)))
     }
 }
-
-/// P3-01.Z of 1 Mbit/s.
-const MAX_RATE: u8 = 4;
 
 #[expect(clippy::indexing_slicing, reason = "runs in the compiler only")]
 const fn count() -> usize {

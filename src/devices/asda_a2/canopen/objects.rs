@@ -173,8 +173,11 @@ const fn error_field(sub: u8) -> Entry {
     Entry::ro(sub, "Standard error field", U32).number(0).node()
 }
 
-/// An actual value.
+/// An actual value, with its default where the guide prints one.
 macro_rules! actual {
+    ($index:literal, $name:literal, $data:ident, $default:literal) => {
+        Object::var($index, const { &[Entry::ro(0, $name, $data).number($default).live().to_tpdo()] })
+    };
     ($index:literal, $name:literal, $data:ident) => {
         Object::var($index, const { &[Entry::ro(0, $name, $data).live().to_tpdo()] })
     };
@@ -242,16 +245,16 @@ const fn others(level: Level) -> [Object; OTHERS] {
         Object::record(0x1A01, "TPDO 2 mapping parameter", MAPPING),
         Object::record(0x1A02, "TPDO 3 mapping parameter", MAPPING),
         Object::record(0x1A03, "TPDO 4 mapping parameter", MAPPING),
-        actual!(0x603F, "Error code", U16),
+        actual!(0x603F, "Error code", U16, 0),
         Object::var(0x6040, match level {
             Level::Half => entries![Entry::rw(0, "Controlword", U16).number(0).to_pdo()],
             Level::Full => entries![Entry::rw(0, "Controlword", U16).number(4).to_pdo()],
         }),
-        actual!(0x6041, "Statusword", U16),
-        actual!(0x6061, "Modes of operation display", I8),
-        actual!(0x6062, "Position demand value", I32),
-        actual!(0x6063, "Position actual value in increments", I32),
-        actual!(0x6064, "Position actual value", I32),
+        actual!(0x6041, "Statusword", U16, 0),
+        actual!(0x6061, "Modes of operation display", I8, 0),
+        actual!(0x6062, "Position demand value", I32, 0),
+        actual!(0x6063, "Position actual value in increments", I32, 0),
+        actual!(0x6064, "Position actual value", I32, 0),
         actual!(0x606B, "Velocity demand value", I32),
         actual!(0x606C, "Velocity actual value", I32),
         actual!(0x6074, "Torque demand value", I16),
