@@ -7,6 +7,8 @@
 //! | file | holds |
 //! | --- | --- |
 //! | here | [`Judge`]: what is played when |
+//! | `steps` | a scenario, step by step |
+//! | `baseline` | undisturbed data exchange, and whether it comes back |
 //! | `outcome` | what a scenario has shown, and why a row is not judged |
 //! | `ending` | [`Progress`], [`Ending`] |
 //! | `operator` | who operates the master is asked for what a scenario needs |
@@ -24,16 +26,17 @@ use super::moment::Moment;
 use super::observer::{Observer, Sight};
 use super::report::Report;
 use super::rows::Row;
-use super::scenario::{Check, Course, Scenario, asking, built_in, joining, ring};
+use super::scenario::{Scenario, asking, built_in, joining, ring};
 use super::second::Second;
 use super::setup::Setup;
-use super::station::{Act, act, connect};
+use super::station::connect;
 use crate::host::Bus;
 use crate::host::link::fault::Faults;
 use crate::profibus::fdl::Address;
 use crate::time::Instant;
 
 mod again;
+mod baseline;
 mod ending;
 mod operator;
 mod outcome;
@@ -41,25 +44,21 @@ mod patience;
 mod record;
 mod second;
 mod soak;
+mod steps;
 
 use again::Again;
+use baseline::Counts;
 pub use ending::{Ending, Progress};
-use patience::{FIRST_LIMIT, LEAST_WAIT};
+use patience::FIRST_LIMIT;
 use record::Record;
 use soak::Soak;
 
-/// Good exchanges in a row with each station: nothing is wrong.
-const BASELINE: u32 = 8;
 /// A master that says nothing for so long is gone.
 const SILENCE: Duration = Duration::from_secs(10);
 /// Octets without a telegram among them: another rate, or no master.
 const NOISE: usize = 8192;
 /// So many telegrams, and it is a master.
 const LEAST_TELEGRAMS: u64 = 2;
-/// What a master may be asked for that leads to CLEAR, or through it.
-const CLEARING: &[&str] = &["clear", "stop", "restart", "operate"];
-/// As many stations as row I06 asks for.
-const MANY: usize = 32;
 
 /// The judge of one master.
 #[derive(Debug)]
@@ -98,13 +97,6 @@ pub struct Judge {
     /// The second master, and its address or that of the last one.
     second: Option<Second>,
     second_at: Option<Address>,
-}
-
-#[derive(Clone, Copy, Debug, Default)]
-struct Counts {
-    exchanges: u32,
-    start_ups: u32,
-    polled: u32,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -354,120 +346,6 @@ impl Judge {
         }
     }
 
-    fn play(
-        &mut self,
-        now: Instant,
-        scenario: usize,
-        step: usize,
-        until: Instant,
-        bus: &mut Bus,
-        faults: &mut Faults,
-    ) {
-        let Some(played) = self.scenarios.get(scenario) else {
-            return self.go_on(now, bus, faults);
-        };
-        if self.stopped.is_some_and(|stopped| stopped <= now) {
-            self.stopped = None;
-            self.observer.count_requests();
-        }
-        if self.asking {
-            return;
-        }
-        let until_injected = played.steps.get(step).is_some_and(|step| step.until_injected);
-        let done = faults
-            .iter()
-            .filter(|(number, ..)| self.faults.contains(number))
-            .all(|(_, fault, injected)| fault.when.count.is_some_and(|count| injected >= count));
-        if now < until && !(until_injected && done && self.is_second_done()) {
-            return;
-        }
-        let more = step + 1 < played.steps.len();
-        self.end_second();
-        self.end_faults(faults);
-        self.step_ended(now, scenario, step);
-        if more {
-            return self.begin_step(now, scenario, step + 1, bus, faults);
-        }
-        self.observer.begin_streaks();
-        self.phase = Phase::Returning {
-            scenario: Some(scenario),
-            until: now + self.return_limit(scenario),
-            revived: false,
-        };
-    }
-
-    fn come_back(
-        &mut self,
-        now: Instant,
-        scenario: Option<usize>,
-        until: Instant,
-        revived: bool,
-        bus: &mut Bus,
-        faults: &mut Faults,
-    ) {
-        let first = self.reached.is_none();
-        let Some(station) = self.missing() else {
-            if let Some(scenario) = scenario.and_then(|scenario| self.scenarios.get(scenario)).cloned()
-                && !revived
-            {
-                self.returned(&scenario);
-            }
-            if first && self.observer.setup.present().count() >= MANY {
-                self.observer.findings.held(Row::I06);
-            }
-            if first {
-                self.reached = Some(now);
-                self.observer.watching = true;
-                self.remember();
-                self.measure();
-                self.phase = Phase::Watching { until: now + self.watch() };
-            } else {
-                self.go_on(now, bus, faults);
-            }
-            return;
-        };
-        if now < until {
-            return;
-        }
-        if (first && self.is_slow(now, station)) || self.is_silent(now) {
-            self.phase = Phase::Returning { scenario, until: now + LEAST_WAIT, revived };
-            return;
-        }
-        // Whoever hears his own address may wait for his user.
-        let waits = |scenario: usize| {
-            self.scenarios.get(scenario).is_some_and(|played| played.course() == Some(Course::Double))
-        };
-        if scenario.is_some_and(waits) {
-            return self.go_on(now, bus, faults);
-        }
-        let after = scenario.and_then(|scenario| self.scenarios.get(scenario)).cloned();
-        if let Some(scenario) = after.as_ref().filter(|_| !revived) {
-            self.did_not_return(scenario, station);
-            if self.next > 1 || !scenario.rows.contains(&Row::L09) {
-                // Whatever the stations have become, they begin anew.
-                let slaves: Vec<_> = self.observer.setup.present().cloned().collect();
-                for slave in &slaves {
-                    act(Act::PowerOn, slave, bus, now);
-                }
-                self.observer.begin_streaks();
-                let number = self.scenarios.iter().position(|other| other == scenario);
-                self.phase =
-                    Phase::Returning { scenario: number, until: now + self.later_limit(), revived: true };
-                return;
-            }
-        }
-        if first {
-            self.judge_unreached(station);
-        }
-        let ending = match after {
-            Some(scenario) if self.observer.exchanges(station) > 0 => {
-                Ending::Lost { station, after: scenario.name }
-            }
-            Some(_) | None => Ending::NoExchange { station, why: self.observer.why_no_exchange(station) },
-        };
-        self.end(ending);
-    }
-
     /// The next scenario, or the end.
     fn go_on(&mut self, now: Instant, bus: &mut Bus, faults: &mut Faults) {
         self.skip_impossible();
@@ -484,99 +362,11 @@ impl Judge {
         }
     }
 
-    fn begin_scenario(&mut self, now: Instant, scenario: usize, bus: &mut Bus, faults: &mut Faults) {
-        self.injected = 0;
-        self.tell(scenario);
-        self.remember();
-        let played = self.scenarios.get(scenario);
-        self.observer.held_back = played.is_some_and(|scenario| scenario.holds);
-        let floods = |scenario: &Scenario| scenario.rows.iter().any(|row| matches!(row, Row::E16 | Row::E17));
-        self.observer.blind = self.scenarios.get(scenario).is_some_and(floods);
-        self.begin_step(now, scenario, 0, bus, faults);
-    }
-
-    fn begin_step(&mut self, now: Instant, scenario: usize, step: usize, bus: &mut Bus, faults: &mut Faults) {
-        let Some(played) = self.scenarios.get(scenario) else { return };
-        let Some(begun) = played.steps.get(step) else { return };
-        if let (Some(wanted), Some(subject)) = (begun.act, played.subject(&self.observer.setup)) {
-            act(wanted, &subject.clone(), bus, now);
-        }
-        let (ask, until) = (begun.ask.clone(), now + self.time(begun));
-        // A master passes through CLEAR on its way from STOP to OPERATE, too.
-        let may_clear = ask.as_deref().is_some_and(|ask| CLEARING.contains(&ask));
-        self.observer.want_clear(may_clear);
-        if let Some(action) = ask {
-            self.observer.begin_asking();
-            if let Some(Check::Outputs(wanted)) = &begun.check {
-                self.observer.expect_outputs(wanted);
-            }
-            if action == "restart" || (action == "operate" && step > 0) {
-                self.observer.expect_new_begin();
-            }
-            self.ask = Some(action);
-            self.asking = true;
-        }
-        self.inject(now, scenario, step, faults);
-        self.begin_second(scenario, step);
-        self.phase = Phase::Playing { scenario, step, until };
-    }
-
-    fn inject(&mut self, now: Instant, scenario: usize, step: usize, faults: &mut Faults) {
-        let Some(played) = self.scenarios.get(scenario) else { return };
-        let setup = &self.observer.setup;
-        let (Some(step), Some(subject)) = (played.steps.get(step), played.subject(setup)) else {
-            return;
-        };
-        for fault in step.compiled(setup, subject.address).unwrap_or_default() {
-            self.faults.push(faults.add(now, fault));
-        }
-    }
-
-    fn end_faults(&mut self, faults: &mut Faults) {
-        for (number, _, injected) in faults.iter() {
-            if self.faults.contains(&number) {
-                self.injected = self.injected.saturating_add(injected);
-            }
-        }
-        for number in self.faults.drain(..) {
-            faults.remove(number);
-        }
-        self.observer.held_back = false;
-    }
-
     fn end(&mut self, ending: Ending) {
         if self.ending.is_none() {
             self.ending = Some(ending);
         }
         self.phase = Phase::Over;
-    }
-
-    /// The first station with which data are not exchanged as they should be.
-    fn missing(&self) -> Option<Address> {
-        let mut present = self.observer.setup.present().map(|slave| slave.address);
-        present.find(|station| self.observer.streak(*station) < BASELINE)
-    }
-
-    fn others(&self, subject: Address) -> Vec<Address> {
-        self.observer
-            .setup
-            .present()
-            .map(|slave| slave.address)
-            .filter(|station| *station != subject)
-            .collect()
-    }
-
-    fn counts(&self, station: Address) -> Counts {
-        Counts {
-            exchanges: self.observer.exchanges(station),
-            start_ups: self.observer.start_ups(station),
-            polled: self.observer.polled(station),
-        }
-    }
-
-    fn remember(&mut self) {
-        let stations: Vec<Address> = self.observer.setup.present().map(|slave| slave.address).collect();
-        self.before = stations.into_iter().map(|station| (station.number(), self.counts(station))).collect();
     }
 }
 

@@ -273,7 +273,7 @@ impl Observer {
         } else if session >= LEAST_SESSION {
             let reason =
                 format!("{} s of data exchange, and no Global_Control without Clear_Data", session.as_secs());
-            self.broken(Row::O01, Weight::Once, self.serial.saturating_sub(4), None, reason);
+            self.broken(Row::O01, Weight::Once, self.recent.newest().saturating_sub(4), None, reason);
         } else {
             self.findings.obstacle(Row::O01, "data were exchanged for less than three seconds");
         }

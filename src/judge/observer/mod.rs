@@ -9,6 +9,8 @@
 //!
 //! | file | holds |
 //! | --- | --- |
+//! | `recent` | the sendings that can still be shown |
+//! | `request` | which rows look at a request, and at what it has led to |
 //! | `cycle` | a request and what came back |
 //! | `view` | what is known of one station |
 //! | `framing` | rows F |
@@ -31,36 +33,34 @@ mod cycle;
 mod exchange;
 mod framing;
 mod measured;
+mod recent;
 mod refused;
+mod request;
 mod start_up;
 mod timing;
 mod token;
 mod view;
 
 use core::time::Duration;
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::figures::Figures;
 use super::findings::{Findings, Weight};
 use super::moment::{Moment, Side, split};
 use super::rows::Row;
 use super::setup::Setup;
-use crate::profibus::dp;
 use crate::profibus::fdl::telegram::{Decoded, decode};
-use crate::profibus::fdl::{Address, DataTelegram, Function, Service, Telegram};
+use crate::profibus::fdl::{Address, Function, Telegram};
 use crate::time::{BaudRate, Instant};
 use control::Control;
-use cycle::{Answer, Cycle, Item};
+use cycle::Cycle;
+use recent::Recent;
 use timing::Timing;
 use token::Ring;
-use view::{Loss, View};
+use view::View;
 
 /// The start delimiter of telegrams with eight octets of data.
 const SD3: u8 = 0xA2;
-/// So many sendings are kept to show.
-const KEPT: usize = 512;
-/// So many of them show one breach.
-const SHOWN: usize = 12;
 
 /// How the line is seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,9 +82,7 @@ pub(super) struct Observer {
     /// The last request that got no good answer.
     trouble: Option<Instant>,
     sight: Sight,
-    recent: VecDeque<Moment>,
-    /// The number of the newest.
-    serial: u64,
+    recent: Recent,
     /// The address of the master, once it is known.
     master: Option<Address>,
     open: Option<Cycle>,
@@ -123,8 +121,7 @@ impl Observer {
             findings,
             figures: Figures::default(),
             trouble: None,
-            recent: VecDeque::new(),
-            serial: 0,
+            recent: Recent::default(),
             open: None,
             views: BTreeMap::new(),
             strangers: BTreeSet::new(),
@@ -201,7 +198,7 @@ impl Observer {
 
     /// A row was broken by what was seen over a longer time: the last telegrams show it.
     pub(super) fn show(&mut self, row: Row, weight: Weight, reason: String) {
-        let shown = self.since(self.serial.saturating_sub(6), None);
+        let shown = self.recent.since(self.recent.newest().saturating_sub(6), None);
         self.findings.broken(row, weight, reason, shown);
     }
 
@@ -240,41 +237,6 @@ impl Observer {
         self.finish_exchange();
     }
 
-    fn keep(&mut self, moment: Moment) -> u64 {
-        if self.recent.len() == KEPT {
-            self.recent.pop_front();
-        }
-        self.recent.push_back(moment);
-        self.serial += 1;
-        self.serial
-    }
-
-    /// The sendings from one number on, those about `station` if there are many.
-    fn since(&self, serial: u64, station: Option<Address>) -> Vec<Moment> {
-        let count = usize::try_from(self.serial.saturating_sub(serial)).unwrap_or(KEPT) + 1;
-        let newest = self.recent.iter().skip(self.recent.len().saturating_sub(count));
-        let concerns = |moment: &&Moment| {
-            let Some(station) = station else { return true };
-            match (moment.side, decode(&moment.octets)) {
-                (Side::Other(_), _) => true,
-                (Side::Station(from), _) => from == Some(station) || from.is_none(),
-                (Side::Master, Decoded::Telegram { telegram: Telegram::Data(data), .. }) => {
-                    data.da == station || data.da.is_broadcast()
-                }
-                (Side::Master, Decoded::Telegram { .. } | Decoded::Incomplete | Decoded::Invalid { .. }) => {
-                    false
-                }
-            }
-        };
-        let all: Vec<Moment> = newest.filter(concerns).cloned().collect();
-        if all.len() <= SHOWN {
-            return all;
-        }
-        let half = SHOWN / 2;
-        let (front, back) = (all.iter().take(half), all.iter().skip(all.len() - half));
-        front.chain(back).cloned().collect()
-    }
-
     fn held(&mut self, row: Row) {
         self.findings.held(row);
     }
@@ -292,7 +254,7 @@ impl Observer {
         if self.blind {
             return;
         }
-        let shown = self.since(from, station);
+        let shown = self.recent.since(from, station);
         self.findings.broken(row, weight, reason.into(), shown);
     }
 
@@ -312,7 +274,7 @@ impl Observer {
                 open.answered_at.get_or_insert(moment.at);
                 open.items.push(item);
             }
-            self.keep(shown);
+            self.recent.keep(shown);
         }
         self.timing.heard(moment.end, self.open.is_some());
     }
@@ -336,7 +298,7 @@ impl Observer {
         if let Some(sa) = token.filter(|sa| self.master != Some(*sa)) {
             self.note_other_master(sa);
         }
-        self.keep(moment);
+        self.recent.keep(moment);
         self.timing.heard(end, self.open.is_some());
     }
 
@@ -349,7 +311,7 @@ impl Observer {
         self.last_heard = Some(moment.end);
         let octets = moment.octets.clone();
         let (at, end) = (moment.at, moment.end);
-        let serial = self.keep(moment);
+        let serial = self.recent.keep(moment);
         let telegram = match decode(&octets) {
             Decoded::Telegram { telegram, len } if len == octets.len() => telegram,
             Decoded::Telegram { .. } => return self.not_framed(serial, &octets, None),
@@ -388,183 +350,5 @@ impl Observer {
             Telegram::ShortAcknowledge => {}
             Telegram::Data(data) => self.requested(serial, end, &octets, &data),
         }
-    }
-
-    fn requested(&mut self, serial: u64, end: Instant, octets: &[u8], data: &DataTelegram<'_>) {
-        let Some(cycle) = Cycle::new(serial, end, octets, data) else {
-            return;
-        };
-        if self.master.is_some_and(|master| master != data.sa) {
-            self.note_other_master(data.sa);
-            return;
-        }
-        // What the GAP asks of every address is no asking for this one.
-        let gap = cycle.kind == Service::FdlStatus && self.is_of_gap(data.da);
-        if let Some(view) = self.views.get_mut(&data.da.number()).filter(|_| !gap) {
-            view.spoken_to = Some(end);
-        }
-        match cycle.kind {
-            Service::SdnLow | Service::SdnHigh => self.controlled(serial, end, data),
-            Service::FdlStatus => {
-                self.master.get_or_insert(data.sa);
-                self.polled_status(serial, data.da);
-                self.open = Some(cycle);
-            }
-            Service::SrdLow | Service::SrdHigh => {
-                self.master.get_or_insert(data.sa);
-                self.asked(cycle);
-            }
-            // Counted as well: what follows has nothing to be compared with.
-            Service::SdaLow | Service::SdaHigh | Service::Msrd | Service::Ident | Service::LsapStatus => {
-                self.view(data.da).last = None;
-                self.open = Some(cycle);
-            }
-            Service::TimeEvent => {}
-        }
-    }
-
-    /// An SRD request.
-    fn asked(&mut self, mut cycle: Cycle) {
-        let station = cycle.to;
-        let known = self.setup.stations.is_empty() || self.setup.slave(station).is_some();
-        if !known {
-            self.stranger_asked(&cycle);
-            self.open = Some(cycle);
-            return;
-        }
-        if !self.setup.stations.is_empty() {
-            self.held(Row::U12);
-        }
-        self.judge_rotation(cycle.serial);
-        self.judge_new_begin(&cycle);
-        self.note_request(&cycle);
-        let before = self.view(station).last.take();
-        // Behind noise the master asks again at once, and a retry cannot be told from a new request.
-        let disturbed = before.as_ref().is_some_and(|before| before.items.len() > 1 || before.has_bad_item());
-        self.judge_count(before.as_ref(), &mut cycle);
-        let retry = cycle.retry > 0;
-        self.measure_cycle(&cycle);
-        self.judge_interval(&cycle, retry || disturbed);
-        if !retry {
-            match cycle.service {
-                Some(dp::Service::SetPrm) => self.judge_set_prm(&cycle),
-                Some(dp::Service::ChkCfg) => self.judge_chk_cfg(&cycle),
-                Some(dp::Service::DataExchange) => self.judge_exchange(&cycle),
-                Some(dp::Service::SlaveDiag) => self.judge_diagnosis(&cycle),
-                Some(dp::Service::GlobalControl) => self.judge_control_service(&cycle),
-                Some(
-                    dp::Service::SetSlaveAdd | dp::Service::RdInp | dp::Service::RdOutp | dp::Service::GetCfg,
-                )
-                | None => {}
-            }
-        }
-        let view = self.view(station);
-        view.asks = view.asks.saturating_add(1);
-        if view.gave_up {
-            view.asked_since = view.asked_since.saturating_add(1);
-        }
-        self.open = Some(cycle);
-    }
-
-    /// The master goes on: the open request has led to what it has led to.
-    fn close(&mut self) {
-        let Some(cycle) = self.open.take() else {
-            return;
-        };
-        let sound = cycle.items.len() == 1 && !cycle.has_bad_item();
-        let view = self.view(cycle.to);
-        view.sound = if sound { view.sound.saturating_add(1) } else { 0 };
-        if cycle.kind == Service::FdlStatus {
-            let answered = cycle.items.iter().any(|item| matches!(item, Item::Status(_)));
-            self.status_answered(&cycle, answered);
-            if answered && let Some(view) = self.views.get_mut(&cycle.to.number()) {
-                view.gave_up = false;
-            }
-            return;
-        }
-        if !matches!(cycle.kind, Service::SrdLow | Service::SrdHigh) {
-            return;
-        }
-        // Who did not wait may have got the reply later. In virtual time it is known that there was none.
-        let may_come = cycle.void && cycle.items.is_empty() && !matches!(self.sight, Sight::Exact(_));
-        let answer = if may_come { Answer::Mixed } else { cycle.answer() };
-        self.note_trouble(&cycle, &answer);
-        self.settle(&cycle, &answer);
-        let station = cycle.to;
-        self.view(station).last = Some(cycle);
-    }
-
-    /// Takes over what a request has led to.
-    fn settle(&mut self, cycle: &Cycle, answer: &Answer) {
-        match answer {
-            Answer::ShortAck | Answer::Data { .. } | Answer::Status(_) => {
-                let view = self.view(cycle.to);
-                view.answered = true;
-                view.gave_up = false;
-                view.over = false;
-                view.asked_since = 0;
-                view.first_run = 0;
-                if view.loss == Loss::Silent && cycle.service == Some(dp::Service::DataExchange) {
-                    view.loss = Loss::None;
-                }
-            }
-            Answer::Silence | Answer::Bad(_) => self.view(cycle.to).trouble(),
-            // It may have taken some of it for the reply.
-            Answer::Mixed => {
-                let view = self.view(cycle.to);
-                view.gave_up = false;
-                view.trouble();
-            }
-        }
-        match cycle.service {
-            Some(dp::Service::SlaveDiag) => self.diagnosed(cycle, answer),
-            Some(dp::Service::SetPrm) => self.parameterised(cycle, answer),
-            Some(dp::Service::ChkCfg) => self.configured(cycle, answer),
-            Some(dp::Service::DataExchange) => self.exchanged(cycle, answer),
-            Some(
-                dp::Service::SetSlaveAdd
-                | dp::Service::RdInp
-                | dp::Service::RdOutp
-                | dp::Service::GlobalControl
-                | dp::Service::GetCfg,
-            )
-            | None => {}
-        }
-    }
-
-    /// A request to a station that is not configured in the master.
-    fn stranger_asked(&mut self, cycle: &Cycle) {
-        self.strangers.insert(cycle.to.number());
-        let weight = match cycle.service {
-            Some(
-                dp::Service::SetPrm
-                | dp::Service::ChkCfg
-                | dp::Service::DataExchange
-                | dp::Service::SetSlaveAdd,
-            ) => Weight::Once,
-            Some(dp::Service::SlaveDiag) => Weight::Times(5),
-            Some(
-                dp::Service::RdInp | dp::Service::RdOutp | dp::Service::GlobalControl | dp::Service::GetCfg,
-            )
-            | None => return,
-        };
-        let name = cycle.service.map_or("", dp::Service::name);
-        let reason = std::format!("{name} to station {}, which is not configured in the master", cycle.to);
-        self.broken(Row::U12, weight, cycle.serial, None, reason);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn only_the_newest_sendings_are_kept() {
-        let mut observer = Observer::new(Setup::default(), Sight::Recorded);
-        for at in 0..2000 {
-            observer.take(Moment::new(Instant::from_nanos(at), Side::Master, &[0xDC, 2, 2]));
-        }
-        assert_eq!((observer.recent.len(), observer.serial), (KEPT, 2000));
-        assert_eq!(observer.since(1, None).len(), SHOWN);
     }
 }

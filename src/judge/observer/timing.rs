@@ -338,7 +338,7 @@ impl Observer {
 
     /// Virtual time: the master listens before it begins.
     fn judge_first_telegram(&mut self, serial: u64, at: Instant) {
-        let (Some(slot), Some(moment)) = (self.setup.slot, self.recent.back()) else {
+        let (Some(slot), Some(moment)) = (self.setup.slot, self.recent.last()) else {
             return;
         };
         let sa = match decode(&moment.octets) {
@@ -422,7 +422,7 @@ impl Observer {
                     watchdog.as_millis(),
                     median.as_millis()
                 );
-                let last: Vec<_> = self.recent.iter().rev().take(4).rev().cloned().collect();
+                let last: Vec<_> = self.recent.backwards().take(4).rev().cloned().collect();
                 self.findings.broken(row, Weight::Once, reason, last);
             } else {
                 self.findings.held(row);
@@ -482,7 +482,13 @@ impl Observer {
                     quarter.as_micros(),
                     least.as_micros()
                 );
-                self.broken(Row::I01, Weight::Once, self.serial.saturating_sub(8), Some(station), reason);
+                self.broken(
+                    Row::I01,
+                    Weight::Once,
+                    self.recent.newest().saturating_sub(8),
+                    Some(station),
+                    reason,
+                );
             } else {
                 self.held(Row::I01);
             }
@@ -506,7 +512,7 @@ impl Observer {
             self.findings.obstacle(Row::I04, "too few undisturbed exchanges were seen");
         } else if least * LEAST_SHARE <= *most {
             let reason = format!("undisturbed, one station had {most} Data_Exchange and another {least}");
-            self.broken(Row::I04, Weight::Once, self.serial.saturating_sub(12), None, reason);
+            self.broken(Row::I04, Weight::Once, self.recent.newest().saturating_sub(12), None, reason);
         } else {
             self.held(Row::I04);
         }

@@ -125,7 +125,7 @@ impl Observer {
 
     /// An FDL status request.
     pub(super) fn polled_status(&mut self, serial: u64, da: Address) {
-        if let Some(moment) = self.recent.back()
+        if let Some(moment) = self.recent.last()
             && moment.side == Side::Master
             && let Decoded::Telegram { telegram: Telegram::Data(data), .. } = decode(&moment.octets.clone())
         {
@@ -258,7 +258,7 @@ impl Observer {
         if !cycle.items.iter().any(|item| matches!(item, Item::Status(_))) {
             return;
         }
-        let reply = self.recent.iter().rev().find_map(|moment| match decode(&moment.octets) {
+        let reply = self.recent.backwards().find_map(|moment| match decode(&moment.octets) {
             Decoded::Telegram { telegram: Telegram::Data(data), .. } if data.sa == cycle.to => Some(data.fc),
             Decoded::Telegram { .. } | Decoded::Incomplete | Decoded::Invalid { .. } => None,
         });
@@ -311,10 +311,10 @@ impl Observer {
                 "the addresses of the GAP fall at {falls} of {} steps; expected ascending",
                 steps.len()
             );
-            self.broken(Row::K04, Weight::Once, self.serial.saturating_sub(16), None, reason);
+            self.broken(Row::K04, Weight::Once, self.recent.newest().saturating_sub(16), None, reason);
         } else if let Some(number) = self.ring.left_out.or_else(|| self.left_out()) {
             let reason = format!("address {number} of the GAP is never asked");
-            self.broken(Row::K04, Weight::Once, self.serial.saturating_sub(16), None, reason);
+            self.broken(Row::K04, Weight::Once, self.recent.newest().saturating_sub(16), None, reason);
         } else if self.setup.hsa.is_some() || distinct > 2 {
             self.held(Row::K04);
         }

@@ -3,7 +3,8 @@
 
 use core::time::Duration;
 
-use super::{BASELINE, Ending, Judge, MANY, Phase};
+use super::baseline::{BASELINE, MANY};
+use super::{Ending, Judge, Phase};
 use crate::judge::findings::{Verdict, Weight};
 use crate::judge::rows::Row;
 use crate::judge::scenario::Scenario;

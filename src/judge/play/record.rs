@@ -3,8 +3,9 @@
 use core::time::Duration;
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::baseline::BASELINE;
 use super::patience::SLOW_LIMIT;
-use super::{BASELINE, Judge, Progress};
+use super::{Judge, Progress};
 use crate::judge::rows::Row;
 use crate::judge::scenario::{Scenario, Step};
 use crate::judge::setup::Slave;

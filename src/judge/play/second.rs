@@ -2,7 +2,8 @@
 
 use core::time::Duration;
 
-use super::{Counts, Judge, SILENCE};
+use super::baseline::Counts;
+use super::{Judge, SILENCE};
 use crate::judge::findings::Weight;
 use crate::judge::moment::{Moment, Side};
 use crate::judge::observer::Sight;
