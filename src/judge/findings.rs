@@ -93,15 +93,30 @@ struct Obstacle {
 }
 
 /// Every row.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Findings {
-    records: BTreeMap<Row, Record>,
+    /// In the order of [`Row::ALL`].
+    records: Vec<Record>,
     /// Ident numbers of the stations, for the words beside their telegrams.
     idents: BTreeMap<u8, u16>,
     /// The scenario that is played.
     scenario: Option<String>,
+    /// A row was broken since somebody looked.
+    changed: bool,
     /// A soak gives so many occasions that some breaches by delays of a process are to be expected.
     soaks: bool,
+}
+
+impl Default for Findings {
+    fn default() -> Self {
+        Self {
+            records: vec![Record::default(); Row::ALL.len()],
+            idents: BTreeMap::new(),
+            scenario: None,
+            changed: false,
+            soaks: false,
+        }
+    }
 }
 
 impl Findings {
@@ -120,40 +135,50 @@ impl Findings {
         self.idents.entry(station.number()).or_insert(ident);
     }
 
+    fn record(&self, row: Row) -> Option<&Record> {
+        self.records.get(row as usize)
+    }
+
+    fn change(&mut self, row: Row, change: impl FnOnce(&mut Record)) {
+        if let Some(record) = self.records.get_mut(row as usize) {
+            change(record);
+        }
+    }
+
     /// One occasion at which a row held.
     pub(super) fn held(&mut self, row: Row) {
-        let record = self.records.entry(row).or_default();
-        record.held = record.held.saturating_add(1);
+        self.change(row, |record| record.held = record.held.saturating_add(1));
     }
 
     /// One occasion at which a row was broken.
     pub(super) fn broken(&mut self, row: Row, weight: Weight, reason: String, moments: Vec<Moment>) {
-        let record = self.records.entry(row).or_default();
-        record.broken = record.broken.saturating_add(1);
-        // What was proved once stays so.
-        if record.weight != Some(Weight::Once) {
-            record.weight = Some(weight);
-        }
-        if record.first.is_none() {
-            record.first = Some(Breach { reason, moments, scenario: self.scenario.clone() });
-        }
+        let scenario = self.scenario.clone();
+        self.changed = true;
+        self.change(row, |record| {
+            record.broken = record.broken.saturating_add(1);
+            // What was proved once stays so.
+            if record.weight != Some(Weight::Once) {
+                record.weight = Some(weight);
+            }
+            record.first.get_or_insert(Breach { reason, moments, scenario });
+        });
     }
 
     /// Why a row cannot be judged, if nothing else is said of it.
     pub(super) fn obstacle(&mut self, row: Row, reason: impl Into<String>) {
         let obstacle = Obstacle { reason: reason.into(), missed: false };
-        self.records.entry(row).or_default().obstacle = Some(obstacle);
+        self.change(row, |record| record.obstacle = Some(obstacle));
     }
 
     /// Why a row that could have been judged was not, if nothing else is said of it.
     pub(super) fn missed(&mut self, row: Row, reason: impl Into<String>) {
         let obstacle = Obstacle { reason: reason.into(), missed: true };
-        self.records.entry(row).or_default().obstacle = Some(obstacle);
+        self.change(row, |record| record.obstacle = Some(obstacle));
     }
 
     /// The same, unless there is such a reason already.
     pub(super) fn default_missed(&mut self, row: Row, reason: &str) {
-        let record = self.records.get(&row);
+        let record = self.record(row);
         if record.and_then(|record| record.obstacle.as_ref()).is_none_or(|obstacle| !obstacle.missed) {
             self.missed(row, reason);
         }
@@ -161,42 +186,50 @@ impl Findings {
 
     /// What was found against a row says nothing, for this reason.
     pub(super) fn void(&mut self, row: Row, reason: &str) {
-        let soaks = self.soaks;
-        let record = self.records.entry(row).or_default();
-        if proves(record, soaks) {
-            *record = Record::default();
+        if self.has_failed(row) {
+            self.change(row, |record| *record = Record::default());
             self.missed(row, reason);
         }
     }
 
     /// A row is about something that this master does not do: what was found of it says nothing.
     pub(super) fn inapplicable(&mut self, row: Row, reason: &str) {
-        self.records.remove(&row);
+        self.change(row, |record| *record = Record::default());
         self.obstacle(row, reason);
     }
 
     /// A reason for a row that has none.
     pub(super) fn default_obstacle(&mut self, row: Row, reason: &str) {
-        if self.records.get(&row).is_none_or(|record| record.obstacle.is_none()) {
+        if self.record(row).is_some_and(|record| record.obstacle.is_none()) {
             self.obstacle(row, reason);
         }
     }
 
     /// Whether anything was said of a row.
     pub(super) fn is_judged(&self, row: Row) -> bool {
-        self.records.get(&row).is_some_and(|record| record.held > 0 || self.fails(record))
+        self.record(row).is_some_and(|record| record.held > 0 || self.fails(record))
     }
 
     /// Whether something was seen against a row that is no proof.
     pub(super) fn is_doubtful(&self, row: Row) -> bool {
-        self.records.get(&row).is_some_and(|record| record.broken > 0 && !self.fails(record))
+        self.record(row).is_some_and(|record| record.broken > 0 && !self.fails(record))
     }
 
     /// Whether more occasions would say more of a row.
     pub(super) fn is_open(&self, row: Row) -> bool {
-        let Some(record) = self.records.get(&row) else { return true };
+        let Some(record) = self.record(row) else { return true };
         let may_come = record.obstacle.as_ref().is_none_or(|obstacle| obstacle.missed);
         self.is_doubtful(row) || (record.broken == 0 && record.held == 0 && may_come)
+    }
+
+    /// Whether a row was broken since the last call.
+    pub(super) const fn take_change(&mut self) -> bool {
+        core::mem::replace(&mut self.changed, false)
+    }
+
+    /// Whether a row has failed.
+    pub(super) fn has_failed(&self, row: Row) -> bool {
+        self.record(row).is_some_and(|record| self.fails(record))
     }
 
     fn fails(&self, record: &Record) -> bool {
@@ -206,7 +239,7 @@ impl Findings {
     /// The verdict on a row.
     pub(super) fn judgement(&self, row: Row) -> Judgement {
         let none = Record::default();
-        let record = self.records.get(&row).unwrap_or(&none);
+        let record = self.record(row).unwrap_or(&none);
         let judged = |verdict, reason, telegrams| Judgement {
             verdict,
             telegrams,

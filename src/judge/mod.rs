@@ -58,5 +58,5 @@ pub use report::{Outcome, Report};
 pub use rows::Row;
 pub use scenario::Scenario;
 pub use setup::{Setup, Slave};
-pub use simulated::{simulated, simulated_with, soaked};
+pub use simulated::{simulated, simulated_until_breach, simulated_with, soaked};
 pub use station::Act;

@@ -86,6 +86,8 @@ pub struct Judge {
     limit: Option<Duration>,
     again: Again,
     soak: Option<Soak>,
+    /// The first breach ends it.
+    hasty: bool,
     /// Somebody operates the master.
     operated: bool,
     /// What the master is to be asked for, to be fetched.
@@ -152,6 +154,7 @@ impl Judge {
             limit: None,
             again: Again::default(),
             soak: None,
+            hasty: false,
             operated: false,
             ask: None,
             asking: false,
@@ -177,6 +180,13 @@ impl Judge {
     #[must_use]
     pub const fn within(mut self, limit: Duration) -> Self {
         self.limit = Some(limit);
+        self
+    }
+
+    /// It ends with the first row that is broken, by a failure or a warning.
+    #[must_use]
+    pub const fn until_breach(mut self) -> Self {
+        self.hasty = true;
         self
     }
 
@@ -257,6 +267,9 @@ impl Judge {
             return;
         }
         self.record.at(now);
+        if self.hasty && self.observer.findings.take_change() && self.has_failed() {
+            return self.end(Ending::Breach);
+        }
         if self.observer.noise_octets() > NOISE {
             return self.end(if self.is_master_known() { Ending::Flood } else { Ending::Noise });
         }
@@ -314,6 +327,10 @@ impl Judge {
         let judgement =
             |row: &Row| Judgement { took: self.record.spent(*row), ..self.observer.findings.judgement(*row) };
         self.wanted.iter().map(judgement).collect()
+    }
+
+    fn has_failed(&self) -> bool {
+        self.wanted.iter().any(|row| self.observer.findings.has_failed(*row))
     }
 
     /// Whether somebody speaks as a master does. In noise some octets may look like a short telegram.

@@ -23,6 +23,11 @@ pub fn simulated<M: Master>(line: &mut Line<M>, setup: Setup, wanted: &[Row]) ->
     run(line, seeing(line, setup, wanted), |_, _, _| false)
 }
 
+/// The same until one of the rows is broken, by a failure or a warning.
+pub fn simulated_until_breach<M: Master>(line: &mut Line<M>, setup: Setup, wanted: &[Row]) -> Report {
+    run(line, seeing(line, setup, wanted).until_breach(), |_, _, _| false)
+}
+
 /// The same, and then scenarios are repeated at random for `lasts`. The same seed repeats the same ones.
 pub fn soaked<M: Master>(
     line: &mut Line<M>,

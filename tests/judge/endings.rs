@@ -10,7 +10,7 @@ use profidrive::time::Instant;
 use crate::configured::setup;
 use crate::test_master::mistakes::Mistake;
 use crate::test_master::{BAUD, Settings, TestMaster};
-use crate::virtual_time::judged;
+use crate::virtual_time::{correct, failed, judged};
 
 /// What a master becomes after some telegrams.
 #[derive(Clone, Copy, Debug)]
@@ -201,8 +201,8 @@ fn a_master_that_dies_in_a_scenario_fails_its_row() {
 #[test]
 fn only_a_complete_judgement_passes() {
     let status = |report: &Report| report.outcome().status();
-    assert_eq!(status(&judged(None, Row::ALL)), 0);
-    assert_eq!(status(&judged(Some(Mistake::RetryToggles), Row::ALL)), 1);
+    assert_eq!(status(correct()), 0);
+    assert_eq!(status(failed()), 1);
     // It never asks anybody, or never at this rate.
     for (fate, telegrams, why) in [
         (Fate::OnlyTokens, 0, "the master passes the token and asks no station"),

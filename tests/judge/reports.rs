@@ -1,17 +1,10 @@
 //! The reports of a judgement: JUnit that CI reads, a page that needs nothing else, docs that name every row.
 
 use profidrive::judge::rows::{Confidence, Place};
-use profidrive::judge::{Report, Row, Verdict};
+use profidrive::judge::{Row, Verdict};
 use roxmltree::{Document, Node};
 
-use crate::test_master::mistakes::Mistake;
-use crate::virtual_time::judged;
-
-fn failed() -> Report {
-    let report = judged(Some(Mistake::RetryToggles), Row::ALL);
-    assert!(report.has_failed());
-    report
-}
+use crate::virtual_time::failed;
 
 fn named<'a, 'i>(document: &'a Document<'i>, name: &'a str) -> impl Iterator<Item = Node<'a, 'i>> {
     document.descendants().filter(move |node| node.has_tag_name(name))

@@ -41,8 +41,9 @@ fn a_correct_master_is_not_accused_in_a_soak_that_its_seed_repeats() {
     assert!(report.configuration.contains(&("soak", "20s".into())), "{:?}", report.configuration);
     assert!(report.configuration.contains(&("seed", "1".into())), "{:?}", report.configuration);
     let some = rows(&["M-C0*", "M-E01", "M-L*"]);
-    assert_eq!(soak(&some, 7), soak(&some, 7));
-    assert_ne!(soak(&some, 7).figures, soak(&some, 8).figures);
+    let seventh = soak(&some, 7);
+    assert_eq!(seventh, soak(&some, 7));
+    assert_ne!(seventh.figures, soak(&some, 8).figures);
 }
 
 /// Nothing is disturbed: the cycle of the test master is two milliseconds and its telegrams.

@@ -58,6 +58,8 @@ pub enum Ending {
         /// What had been tried.
         after: String,
     },
+    /// A row was broken, and the first breach was to end it.
+    Breach,
     /// The time was over.
     TimeOver,
     /// Somebody stopped it.
@@ -75,6 +77,7 @@ impl Ending {
             | Self::Flood
             | Self::NoExchange { .. }
             | Self::Lost { .. }
+            | Self::Breach
             | Self::TimeOver
             | Self::Stopped => false,
         }
@@ -101,6 +104,7 @@ impl fmt::Display for Ending {
             Self::Lost { station, after } => {
                 write!(f, "data exchange with station {station} was not reached again within the time after: {after}")
             }
+            Self::Breach => f.write_str("a row was broken, and the first breach was to end it"),
             Self::TimeOver => f.write_str("the time for the judgement was over"),
             Self::Stopped => f.write_str("the judgement was stopped"),
         }

@@ -50,6 +50,7 @@ impl Report {
             | Ending::Cut { .. }
             | Ending::Flood
             | Ending::Lost { .. }
+            | Ending::Breach
             | Ending::TimeOver
             | Ending::Stopped => &[],
         };
