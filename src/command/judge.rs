@@ -181,6 +181,7 @@ fn setup(args: &args::Judge) -> Result<Setup, Failure> {
         baud: args.rate(),
         slot: millis(args.slot),
         hsa: args.hsa,
+        gap_factor: args.gap_factor,
         ttr: args.ttr.and_then(judge_millis),
         min_interval: args.min_interval.and_then(judge_millis),
         auto_clear: millis(args.auto_clear),

@@ -83,6 +83,10 @@ pub enum Check {
     Stop,
     /// It has started every station anew.
     Begun,
+    /// It has gone to CLEAR by itself, if it has.
+    AutoClear,
+    /// It is still in CLEAR, if it went there by itself.
+    StaysClear,
     /// It has sent a Global_Control.
     Command {
         /// With this bit of the command.

@@ -24,6 +24,8 @@ pub struct Setup {
     pub slot: Option<Duration>,
     /// The highest station address, HSA.
     pub hsa: Option<Address>,
+    /// The GAP factor G.
+    pub gap_factor: Option<u32>,
     /// The target rotation time, T_TR.
     pub ttr: Option<Duration>,
     /// Min_Slave_Interval of stations that have none of their own.
@@ -124,6 +126,7 @@ impl Setup {
             ("baud", self.baud.map(|baud| baud.bits_per_second().to_string())),
             ("slot", self.slot.map(millis)),
             ("hsa", self.hsa.map(|hsa| hsa.to_string())),
+            ("gap-factor", self.gap_factor.map(|factor| factor.to_string())),
             ("ttr", self.ttr.map(millis)),
             ("min-interval", self.min_interval.map(millis)),
             ("auto-clear", self.auto_clear.map(millis)),

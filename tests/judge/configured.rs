@@ -22,6 +22,8 @@ pub(crate) fn setup(settings: &Settings, absent: &[u8]) -> Setup {
         watchdog: Some(settings.watchdog),
         retries: Some(settings.retries),
         slot: Some(settings.slot),
+        gap_factor: settings.token.then_some(settings.gap_factor),
+        auto_clear: settings.auto_clear,
         ..Setup::default()
     }
 }
@@ -73,7 +75,12 @@ pub(crate) fn placed(
         Some(Mistake::TightWatchdog) => {
             (settings.watchdog, settings.pause) = (Duration::from_millis(10), Duration::from_millis(4));
         }
-        Some(Mistake::NeverPasses) => settings.token = true,
+        Some(Mistake::NeverPasses | Mistake::NoListening) => settings.token = true,
+        // One that is never there keeps it in CLEAR.
+        Some(Mistake::OperatesWithOne) => {
+            absent.clear();
+            settings.auto_clear = Some(Duration::from_millis(500).max(slot * 20));
+        }
         Some(mistake) if in_ring(mistake) => {
             settings.token = true;
             settings.ttr = Some(Duration::from_millis(20));
@@ -85,9 +92,11 @@ pub(crate) fn placed(
         hsa: Address::station(if settings.token { settings.hsa } else { 60 }).ok(),
         ttr: settings.ttr,
         min_interval: (mistake == Some(Mistake::TooFast)).then_some(settings.pause * 2),
-        auto_clear: (mistake == Some(Mistake::NoAutoClear)).then_some(Duration::from_millis(500)),
         ..setup(&settings, &absent)
     };
+    if mistake == Some(Mistake::NoAutoClear) {
+        setup.auto_clear = Some(Duration::from_millis(500));
+    }
     if matches!(mistake, Some(Mistake::AsksSync | Mistake::Dpv1Octets)) {
         let gsd = Gsd::read(device_file(mistake == Some(Mistake::Dpv1Octets)).as_bytes()).unwrap();
         setup.stations[0].gsd = Some(Box::new(gsd));
@@ -115,6 +124,7 @@ fn in_ring(mistake: Mistake) -> bool {
             | Mistake::TokenToNotReady
             | Mistake::GapBeyondNext
             | Mistake::NeverAsksGap
+            | Mistake::AlwaysAsksGap
     )
 }
 

@@ -50,15 +50,16 @@ impl Situation {
             Mistake::Unequal
             | Mistake::SkipsCycles
             | Mistake::CommonBit
-            | Mistake::TakesLate => self.stations.len() < 2,
+            | Mistake::TakesLate
+            | Mistake::OperatesWithOne => self.stations.len() < 2,
             // Its pause is behind the only reply.
             Mistake::ShortIdle | Mistake::DoesNotWait => self.stations.len() < 2,
             // It is silent for four seconds in each cycle: data are never exchanged with everybody, and that is said.
             Mistake::SlowAfterLoss => !self.absent.is_empty() && self.slot.as_millis() > 10,
             // It waits for the absent one.
             Mistake::TooFast => !self.absent.is_empty() && self.slot.as_millis() > 10,
-            // In a ring of two: tests/judge/ring.rs makes them.
-            Mistake::HoldsLong | Mistake::TokenToNotReady | Mistake::GapBeyondNext => false,
+            // Each token comes later than T_TR, and then no address is asked.
+            Mistake::AlwaysAsksGap => self.slot.as_millis() > 10,
             _ => false,
         }
     }

@@ -70,6 +70,10 @@ pub(crate) struct Judge {
     #[arg(long, value_name = "ADDRESS", value_parser = station_address)]
     pub(crate) hsa: Option<Address>,
 
+    /// The GAP factor G of the master: addresses of its GAP are asked in every G-th target rotation time
+    #[arg(long, value_name = "G", value_parser = clap::value_parser!(u32).range(1..=100))]
+    pub(crate) gap_factor: Option<u32>,
+
     /// The target rotation time of the token, T_TR, in milliseconds
     #[arg(long, value_name = "MS")]
     pub(crate) ttr: Option<f64>,

@@ -183,8 +183,8 @@ impl Observer {
                 // Only after a stop is the way to OPERATE that of row O12.
                 let cleared =
                     self.asked_for.commands.first().is_some_and(|(command, _)| command & CLEAR_DATA != 0);
-                if !self.asked_for.begun.is_empty() && last == Some(true) && cleared {
-                    self.held(Row::O12);
+                if !self.asked_for.begun.is_empty() && last == Some(true) {
+                    self.expect(Row::O12, cleared, "from STOP to OPERATE, and no Clear_Data came first");
                 }
             }
             Check::Outputs(wanted) => self.check_outputs(wanted),
@@ -201,14 +201,14 @@ impl Observer {
                     released,
                     "asked to stop, and not every slave got a Set_Prm with Unlock_Req",
                 );
-                if self.asked_for.commands.iter().any(|(command, _)| command & CLEAR_DATA != 0) {
-                    self.held(Row::Z03);
-                } else {
-                    let reason = "no Clear_Data was seen on the way to STOP; the sources are not sure that there must be one";
-                    self.findings.obstacle(Row::Z03, reason);
+                let cleared = self.asked_for.commands.iter().any(|(command, _)| command & CLEAR_DATA != 0);
+                if silent {
+                    self.expect(Row::Z03, cleared, "from OPERATE to STOP, and no Clear_Data came first");
                 }
             }
             Check::Begun => self.check_new_begin(),
+            Check::AutoClear => self.note_auto_clear(),
+            Check::StaysClear => self.judge_auto_clear(),
             Check::Command { wanted, undo, groups } => self.check_command(*wanted, *undo, *groups),
         }
     }
@@ -277,13 +277,12 @@ impl Observer {
             .find(|station| self.views.get(&station.number()).is_some_and(|view| !told(view)));
         match untold {
             None => self.held(Row::S02),
-            Some(station) => self.findings.obstacle(
-                Row::S02,
-                format!(
-                    "the command went to station {station}, whose Set_Prm does not have the bit for it; the sources are not \
-                     sure that this is wrong"
-                ),
-            ),
+            Some(station) => {
+                let reason = format!(
+                    "the command went to station {station}, whose Set_Prm does not have the bit for it"
+                );
+                self.show(Row::S02, Weight::Once, reason);
+            }
         }
     }
 }

@@ -56,6 +56,8 @@ pub(super) struct Control {
     operates: u32,
     /// Somebody asked the master for CLEAR.
     pub(super) clear_wanted: bool,
+    /// It is in CLEAR because stations are silent.
+    auto_cleared: bool,
 }
 
 impl Observer {
@@ -78,6 +80,27 @@ impl Observer {
                 self.show(Row::O07, Weight::Once, reason);
             }
             (_, Mode::Unknown) | (None, Mode::Clear) => {}
+        }
+    }
+
+    /// Stations were silent for longer than Auto_Clear allows.
+    pub(in crate::judge) fn note_auto_clear(&mut self) {
+        self.control.auto_cleared = self.control.mode == Mode::Clear;
+    }
+
+    /// One of them is back, another one is still silent.
+    pub(in crate::judge) fn judge_auto_clear(&mut self) {
+        match (self.control.auto_cleared, self.control.mode) {
+            (true, Mode::Clear) => self.held(Row::O09),
+            (true, Mode::Operate | Mode::Unknown) => {
+                let reason =
+                    "Auto_Clear is configured, and OPERATE came back while a station was still silent";
+                self.show(Row::O09, Weight::Once, reason.into());
+            }
+            (false, _) => {
+                let reason = "the master did not go to CLEAR when two stations were silent";
+                self.findings.missed(Row::O09, reason);
+            }
         }
     }
 
@@ -280,18 +303,12 @@ impl Observer {
         if self.setup.auto_clear.is_some() {
             self.findings.obstacle(Row::O07, "no station was silent while the master was in OPERATE");
             self.findings.obstacle(Row::O08, "does not apply: Auto_Clear is configured");
-            let reason = "needs two stations that come back one after the other; the judge lets them come back together";
-            self.findings.obstacle(Row::O09, reason);
         } else {
             for row in [Row::O07, Row::O09] {
                 self.findings.obstacle(row, "applies only if Auto_Clear is configured: --auto-clear MS");
             }
         }
-        let through = if self.control.clear_seen {
-            "CLEAR was announced; which transition the user asked for is not known without --ask"
-        } else {
-            "no CLEAR phase was seen on the way to OPERATE; the sources are not sure that there must be one"
-        };
-        self.findings.obstacle(Row::O12, through);
+        let reason = "which transition the user asked for is not known without --ask";
+        self.findings.default_obstacle(Row::O12, reason);
     }
 }

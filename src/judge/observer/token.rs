@@ -37,6 +37,10 @@ pub(super) struct Ring {
     is_shared: bool,
     /// What the search in the GAP left out before that.
     left_out: Option<u8>,
+    /// An FDL status was asked for since the last token.
+    has_asked: bool,
+    /// Rotations without one since the first, while the master was alone.
+    quiet: u32,
 }
 
 /// GAP polls kept.
@@ -64,6 +68,8 @@ impl Observer {
             self.note_other_master(sa);
             return;
         }
+        let alone = da == sa && !self.ring.is_shared && !self.ring.asked.is_empty();
+        self.ring.quiet += u32::from(!core::mem::take(&mut self.ring.has_asked) && alone);
         self.ring.next = Some(da.number());
         self.master.get_or_insert(sa);
         self.ring.tokens = self.ring.tokens.saturating_add(1);
@@ -131,6 +137,7 @@ impl Observer {
         {
             self.judge_uncounted(serial, &data);
         }
+        self.ring.has_asked = true;
         if let Some(view) = self.views.get_mut(&da.number()) {
             view.asked_since = view.asked_since.saturating_add(1);
         }
@@ -275,6 +282,28 @@ impl Observer {
         }
     }
 
+    /// Behind the last address of the GAP the master waits until it begins anew.
+    fn judge_gap_factor(&mut self) {
+        match self.setup.gap_factor {
+            None => self.findings.obstacle(Row::K05, "needs --gap-factor: the GAP factor of the master"),
+            Some(0 | 1) => {
+                let reason =
+                    "does not apply: with a GAP factor of 1 an address may be asked in every rotation";
+                self.findings.obstacle(Row::K05, reason);
+            }
+            Some(_) if self.ring.turns < 2 => {
+                self.findings.default_missed(Row::K05, "the master was not round its GAP twice");
+            }
+            Some(factor) if self.ring.quiet < self.ring.turns => {
+                let reason = format!(
+                    "an address of the GAP is asked in every rotation, and the GAP factor is {factor}"
+                );
+                self.show(Row::K05, Weight::Once, reason);
+            }
+            Some(_) => self.held(Row::K05),
+        }
+    }
+
     pub(super) fn finish_token(&mut self) {
         if !self.ring.seen() {
             let reason = "not applicable: the master never passes a token, so it works alone";
@@ -296,7 +325,7 @@ impl Observer {
                 self.held(Row::K08);
             }
         }
-        self.findings.obstacle(Row::K05, "the GAP factor of the master is not known");
+        self.judge_gap_factor();
         let steps: Vec<(u8, u8)> =
             self.ring.order.windows(2).filter_map(|pair| Some((*pair.first()?, *pair.get(1)?))).collect();
         if steps.len() < LEAST_STEPS {

@@ -111,9 +111,10 @@ impl Judge {
         self.wanted.len() <= FEW_ROWS && self.wanted.contains(&row)
     }
 
-    /// Whether a scenario is for a row.
+    /// Whether a scenario is for a row. With another master in the ring the GAP is only a part of it.
     pub(super) fn is_provoked(&self, row: Row) -> bool {
-        self.scenarios.iter().any(|scenario| scenario.all_rows().any(|other| other == row))
+        !matches!(row, Row::K02 | Row::K04)
+            && self.scenarios.iter().any(|scenario| scenario.all_rows().any(|other| other == row))
     }
 
     /// Rows that need what is not there, however often their scenarios are played.

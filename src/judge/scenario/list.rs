@@ -43,6 +43,7 @@ pub fn built_in(setup: &Setup) -> Vec<Scenario> {
     list.extend(waiting());
     list.extend(diagnoses());
     list.extend(losses(setup));
+    list.extend(setup.auto_clear.map(partial_return));
     list.extend(start_ups(setup).into_iter().skip(1));
     list.extend(persistent_replies(setup));
     list.extend(negative_replies());
@@ -290,6 +291,23 @@ fn losses(setup: &Setup) -> Vec<Scenario> {
             ..Scenario::one("another master takes a station", &[Row::L05], &[])
         },
     ]
+}
+
+/// Two stations are lost, and one of them comes back: too few for OPERATE.
+fn partial_return(auto_clear: Duration) -> Scenario {
+    let lost = auto_clear * 2;
+    let silent = |faults: &[&str], least: u64, check| Step {
+        lasts: lost.max(Duration::from_millis(least)),
+        until_lost: true,
+        check: Some(check),
+        ..step(None, faults, 0)
+    };
+    let (one, other) = ("drop-request,station=S", "drop-request,station=O");
+    Scenario {
+        needs: vec![Need::Other],
+        steps: vec![silent(&[one, other], 500, Check::AutoClear), silent(&[other], 1000, Check::StaysClear)],
+        ..Scenario::one("two stations are silent, and one of them comes back", &[Row::O09], &[])
+    }
 }
 
 /// What may go wrong in a start-up. Each begins with a slave that has lost its parameters.

@@ -287,6 +287,12 @@ mistakes! {
     DoesNotStop []
     /// It lets no slave go when it is stopped.
     NoRelease []
+    /// It stops without CLEAR.
+    StopsFromOperate []
+    /// It begins with OPERATE.
+    BeginsWithOperate []
+    /// Set_Prm does not say that Sync and Freeze may come.
+    SyncUntold []
     /// Sync and Freeze go to other groups.
     OtherGroup []
     /// The cyclic Global_Control undoes Sync.
@@ -347,4 +353,8 @@ mistakes! {
     GapBeyondNext ["M-K04"]
     /// The GAP is never asked.
     NeverAsksGap ["M-K08"]
+    /// An address of the GAP is asked in every rotation, whatever the GAP factor.
+    AlwaysAsksGap ["M-K05"]
+    /// With Auto_Clear: OPERATE comes back when one station does.
+    OperatesWithOne ["M-O09"]
 }

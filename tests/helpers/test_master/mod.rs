@@ -61,6 +61,8 @@ pub(crate) struct Settings {
     /// The highest address of the GAP, and how many rotations are between two polls.
     pub(crate) hsa: u8,
     pub(crate) gap_factor: u32,
+    /// Data_Control_Time of Auto_Clear.
+    pub(crate) auto_clear: Option<Duration>,
     /// T_TR; without it the token is held for a whole cycle.
     pub(crate) ttr: Option<Duration>,
     pub(crate) stations: Vec<Configured>,
@@ -89,6 +91,7 @@ impl Settings {
             token: false,
             hsa: 30,
             gap_factor: 5,
+            auto_clear: None,
             ttr: None,
             stations: stations.iter().map(configured).collect(),
         }
@@ -109,6 +112,10 @@ pub(crate) struct TestMaster {
     operate: bool,
     /// The user wants CLEAR.
     cleared: bool,
+    /// It is in CLEAR because a station is not in data exchange.
+    auto_cleared: bool,
+    /// So many were not, at most.
+    most_gone: usize,
     stop: Stop,
     /// Telegrams of the ring, to be sent before the next cycle.
     beside: VecDeque<Beside>,
@@ -179,6 +186,8 @@ impl TestMaster {
             cycles: 0,
             operate: false,
             cleared: false,
+            auto_cleared: false,
+            most_gone: 0,
             stop: Stop::No,
             beside: beside.into(),
             common: false,
@@ -251,6 +260,7 @@ impl TestMaster {
         }
         if self.turn >= self.slaves.len() {
             self.end_cycle();
+            self.judge_auto_clear(now);
             self.next = now + self.pause();
             return if self.cycles.is_multiple_of(7) { self.extra() } else { None };
         }
@@ -317,10 +327,29 @@ impl TestMaster {
             self.beside.extend([Beside::Noise, Beside::Noise]);
         }
         if self.settings.token && !self.does(Mistake::NeverPasses) {
-            if self.cycles.is_multiple_of(self.settings.gap_factor) && self.next_gap() {
+            let every = if self.does(Mistake::AlwaysAsksGap) { 1 } else { self.settings.gap_factor };
+            if self.cycles.is_multiple_of(every) && self.next_gap() {
                 self.beside.push_back(Beside::Poll);
             }
             self.beside.push_back(Beside::Token);
+        }
+    }
+
+    /// Auto_Clear: CLEAR while a station was not in data exchange for Data_Control_Time.
+    fn judge_auto_clear(&mut self, now: Instant) {
+        let Some(time) = self.settings.auto_clear else { return };
+        let is_gone = |slave: &&Slave| now.saturating_since(slave.exchanged) > time;
+        let gone = self.slaves.iter().filter(is_gone).count();
+        self.most_gone = if gone == 0 { 0 } else { self.most_gone.max(gone) };
+        let enough = gone == 0 || self.does(Mistake::OperatesWithOne) && gone < self.most_gone;
+        if self.operate && gone > 0 && !self.auto_cleared {
+            (self.operate, self.auto_cleared) = (false, true);
+            self.controls.push_back((CLEAR, 0));
+        } else if self.auto_cleared && enough && !self.operate {
+            (self.operate, self.auto_cleared) = (true, gone > 0);
+            self.controls.push_back((0, 0));
+        } else if gone == 0 {
+            self.auto_cleared = false;
         }
     }
 

@@ -27,6 +27,10 @@ impl TestMaster {
             ["operate" | "restart"] => {
                 let fresh = Self::new(self.settings.clone(), self.mistake);
                 *self = Self { next: now, ..fresh };
+                if self.does(Mistake::BeginsWithOperate) {
+                    self.operate = true;
+                    self.controls = [(0, 0)].into();
+                }
                 self.listen(now);
             }
             ["clear"] => {
@@ -35,6 +39,7 @@ impl TestMaster {
                     self.controls.push_back((CLEAR, 0));
                 }
             }
+            ["stop"] if self.does(Mistake::StopsFromOperate) => self.stop = Stop::Releasing,
             ["stop"] => {
                 (self.operate, self.stop) = (false, Stop::Clearing);
                 self.controls.push_back((CLEAR, 0));

@@ -85,6 +85,9 @@ impl TestMaster {
         self.waits = None;
         self.confirm(turn);
         let asked_diag = self.slaves[turn].wants_diag;
+        if self.slaves[turn].state == State::Exchange && status.is_some() {
+            self.slaves[turn].exchanged = now;
+        }
         self.react(turn, status, &data);
         let slave = &self.slaves[turn];
         let stays = match self.mistake {

@@ -106,7 +106,6 @@ impl TestMaster {
             Mistake::AsksItself => poll(own),
             Mistake::AsksEverybody => poll(127),
             Mistake::CountedPoll => short(99, own, 0x69),
-            Mistake::NoListening => token(own),
             Mistake::TokenToSlave => token(self.slaves[0].configured.address),
             Mistake::GapRepeats | Mistake::GapTwice | Mistake::GapFalls | Mistake::GapAboveHsa
                 if nth.is_multiple_of(if self.does(Mistake::GapTwice) { 3 } else { 2 }) =>
@@ -168,7 +167,8 @@ impl TestMaster {
     fn prm(&self, turn: usize) -> Vec<u8> {
         let Configured { ident, prm, groups, .. } = &self.slaves[turn].configured;
         let units = u8::try_from(self.settings.watchdog.as_millis() / 10).unwrap_or(255);
-        let (mut status, mut factors, mut tsdr) = (0xB8, [units, 1], 11);
+        let prepared = !self.does(Mistake::SyncUntold);
+        let (mut status, mut factors, mut tsdr) = (if prepared { 0xB8 } else { 0x88 }, [units, 1], 11);
         let [mut high, mut low] = ident.to_be_bytes();
         let (mut groups, mut user) = (*groups, prm.clone());
         match self.mistake {

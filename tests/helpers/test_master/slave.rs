@@ -1,6 +1,7 @@
 //! A slave as the test master sees it.
 
 use profidrive::profibus::dp::{Diagnosis, IoLengths};
+use profidrive::time::Instant;
 
 use super::Configured;
 use super::mistakes::Mistake;
@@ -49,6 +50,8 @@ pub(super) struct Slave {
     pub(super) first_asks: u32,
     /// Start-ups in a row with nothing unusual.
     pub(super) plain: u32,
+    /// The last good exchange.
+    pub(super) exchanged: Instant,
 }
 
 impl Slave {
@@ -78,6 +81,7 @@ impl Slave {
             faulty: false,
             first_asks: 0,
             plain: 0,
+            exchanged: Instant::ZERO,
         }
     }
 
