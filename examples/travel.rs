@@ -10,8 +10,8 @@ use core::fmt::Write;
 use core::time::Duration;
 use std::process::ExitCode;
 
-use profidrive::devices::ag03::drive::{Drive, Inputs, PosType, Settings, Status};
-use profidrive::devices::ag03::param::{Gear, Model, Store};
+use profidrive::devices::ag03::drive::{Drive, Inputs, Settings, Status};
+use profidrive::devices::ag03::param::{Gear, Model, Parameter, Store};
 use profidrive::devices::ag03::profibus::words::Words;
 use profidrive::profibus::ppo::Stw;
 
@@ -81,7 +81,7 @@ fn direct() -> Scenario {
 fn by_loop() -> Scenario {
     Scenario {
         title: "Loop + from 1600 to 0: the target is always approached in positive direction",
-        settings: Settings { pos_type: PosType::LoopPlus, v_pos: 60, a_pos: 100, ..defaults() },
+        settings: defaults().with(Parameter::PosType, 1).with(Parameter::VPos, 60).with(Parameter::APos, 100),
         start: 1600,
         millis: 5000,
         acts: vec![
@@ -95,7 +95,7 @@ fn by_loop() -> Scenario {
 fn load() -> Scenario {
     Scenario {
         title: "A load of 5 Nm at 60 rpm: lag error, current above 2.4 A, fault C after 4 s",
-        settings: Settings { v_pos: 60, ..defaults() },
+        settings: defaults().with(Parameter::VPos, 60),
         start: 0,
         millis: 14_000,
         acts: vec![

@@ -7,6 +7,7 @@ use super::plant::Commanded;
 use super::settings::{Settings, StopMode};
 use super::states::{Action, Direction, Motor, State};
 use super::{Command, Drive};
+use crate::devices::ag03::param::Parameter;
 
 impl Drive {
     /// Goes to a state and does what belongs to the transition.
@@ -41,7 +42,7 @@ impl Drive {
                 self.brake_maximum();
             }
             Action::BrakeProgrammed => self.motion.brake(self.job.dynamics.deceleration),
-            Action::BrakeStopMode => match settings.stop_mode_inch_2 {
+            Action::BrakeStopMode => match settings.stop_mode_inch_2() {
                 StopMode::Maximum => self.brake_maximum(),
                 StopMode::Ramp => self.motion.brake(self.job.dynamics.deceleration),
             },
@@ -78,7 +79,7 @@ impl Drive {
             Action::FollowKey(key) => self.follow_inching_2(self.key_direction(key), settings),
             Action::FollowVelocity => {
                 let target = velocity(self.velocity_setpoint(command)) * self.frame.scale.sign();
-                self.follow(target, acceleration(settings.a_rot));
+                self.follow(target, acceleration(settings.word(Parameter::ARot)));
             }
         }
     }

@@ -49,7 +49,7 @@ use core::time::Duration;
 
 use thiserror::Error;
 
-use crate::devices::ag03::param::{Gear, Lengths, Model};
+use crate::devices::ag03::param::{Gear, Lengths, Model, Parameter};
 
 pub use command::{Command, Operation};
 pub use event::{DisableCause, Event, Inch, Travel, Velocity, Warning};
@@ -148,8 +148,8 @@ struct Frame {
 
 impl Frame {
     fn of(settings: &Settings) -> Self {
-        let lengths = Lengths::of_spindle_pitch(settings.spindle_pitch.into());
-        Self { mode: settings.mode, scale: Scale::new(settings), limits: settings.limits, lengths }
+        let lengths = Lengths::of_spindle_pitch(settings.word(Parameter::SpindlePitch).into());
+        Self { mode: settings.mode(), scale: Scale::new(settings), limits: settings.limits(), lengths }
     }
 }
 
@@ -176,7 +176,7 @@ impl Drive {
             previous: Command::default(),
             state: State::powered(true),
             frame: Frame::of(settings),
-            window: settings.window,
+            window: settings.word(Parameter::PosWindow),
             motion: Motion::at(0.0),
             plant,
             zero: 0.0,
@@ -229,7 +229,7 @@ impl Drive {
         let faults = self.entered;
         // Only a drive that stands may come to rest.
         let held = !self.inputs_changed && same_command;
-        let same = stood && held && self.window == settings.window;
+        let same = stood && held && self.window == settings.word(Parameter::PosWindow);
         self.inputs_changed = false;
 
         let same = !self.take_settings(settings) && same;
@@ -338,7 +338,7 @@ impl Drive {
 
     /// Takes over what may change now. Returns whether that was anything.
     fn take_settings(&mut self, settings: &Settings) -> bool {
-        self.window = settings.window;
+        self.window = settings.word(Parameter::PosWindow);
         if !self.stands() || self.state.job_active() {
             return false;
         }
@@ -359,7 +359,7 @@ impl Drive {
         let output_stage_returned = output_stage && !self.previous_output_stage;
         let causes = self.causes();
         let torque_exceeded = settings
-            .torque_deactivation
+            .torque_deactivation()
             .is_some_and(|percent| self.plant.torque_percent() > f64::from(percent));
         let in_order = supply_ok && output_stage && causes.is_empty() && !torque_exceeded;
         if in_order && !output_stage_returned && !matches!(self.state, State::Off | State::NotReady) {
@@ -415,7 +415,7 @@ impl Drive {
             crossed_limit: (limits.is_above(position) && velocity > 0.0)
                 || (limits.is_below(position) && velocity < 0.0),
             velocity_released: self.previous.turn,
-            inpos: settings.inpos,
+            inpos: settings.inpos(),
             inpos_in_window,
             torque_tripped: self.torque_tripped,
         };

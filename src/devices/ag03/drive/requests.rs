@@ -6,6 +6,7 @@ use super::scale::round;
 use super::settings::{Mode, PosType, Settings};
 use super::states::{Asked, Direction, DirectionChange, Inching, Key, State};
 use super::{Command, Drive, Operation};
+use crate::devices::ag03::param::Parameter;
 
 /// A travel job, or the latched accelerations of an inching.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +52,7 @@ impl Drive {
         let inch_1 = command.inch_1 && !before.inch_1;
         let inch_2 = command.inch_2.is_some() && before.inch_2.is_none();
         let inch_2_direction = command.inch_2.unwrap_or(Direction::Positive);
-        let inch_1_direction = Direction::of(settings.delta_inch);
+        let inch_1_direction = Direction::of(settings.number(Parameter::DeltaInch));
 
         if command.turn && !before.turn && self.frame.mode == Mode::Velocity {
             self.asks_velocity(command);
@@ -289,32 +290,36 @@ impl Drive {
     pub(super) fn job_to(&self, setpoint: i32, settings: &Settings) -> Job {
         let target = self.increments_at(setpoint);
         let position = self.position();
-        let loop_length = f64::from(settings.loop_length) * self.frame.scale.sign();
-        let via = match settings.pos_type {
+        let loop_length = f64::from(settings.word(Parameter::LoopLength)) * self.frame.scale.sign();
+        let via = match settings.pos_type() {
             PosType::LoopPlus if setpoint < position => Some(target - loop_length),
             PosType::LoopMinus if setpoint > position => Some(target + loop_length),
             PosType::Direct | PosType::LoopPlus | PosType::LoopMinus => None,
         };
         let dynamics = Dynamics {
-            speed: self.speed(settings.v_pos),
-            acceleration: acceleration(settings.a_pos),
-            deceleration: acceleration(settings.d_pos.unwrap_or(settings.a_pos)),
+            speed: self.speed(settings.word(Parameter::VPos)),
+            acceleration: acceleration(settings.word(Parameter::APos)),
+            deceleration: acceleration(settings.d_pos().unwrap_or(settings.word(Parameter::APos))),
         };
         Job { setpoint, target, via, dynamics }
     }
 
     /// The way of inching 1. Also carries a-Inch for inching 2 and the keys.
     pub(super) fn inching_job(&self, settings: &Settings) -> Job {
-        let delta = self.frame.scale.increments(f64::from(settings.delta_inch));
+        let delta = self.frame.scale.increments(f64::from(settings.number(Parameter::DeltaInch)));
         let end = self.shaft_position() + delta;
-        let limit = self.limit_to_stop_at(Direction::of(settings.delta_inch));
+        let limit = self.limit_to_stop_at(Direction::of(settings.number(Parameter::DeltaInch)));
         let target = limit.filter(|limit| (limit - self.shaft_position()).abs() < delta.abs()).unwrap_or(end);
-        let ramp = acceleration(settings.a_inch);
+        let ramp = acceleration(settings.word(Parameter::AInch));
         Job {
             setpoint: self.units_at(end),
             target,
             via: None,
-            dynamics: Dynamics { speed: self.speed(settings.v_inch), acceleration: ramp, deceleration: ramp },
+            dynamics: Dynamics {
+                speed: self.speed(settings.word(Parameter::VInch)),
+                acceleration: ramp,
+                deceleration: ramp,
+            },
         }
     }
 
@@ -331,7 +336,8 @@ impl Drive {
     /// The speed of inching 2 and the keys in increments/s: v-Inch times offset, rounded half up (C-12), at least 1
     /// rpm (manual 2.2.1.2).
     pub(super) fn inching_2_speed(&self, settings: &Settings) -> f64 {
-        let percent_rpm = u32::from(settings.v_inch) * u32::from(settings.offset_inch_2);
+        let percent_rpm =
+            u32::from(settings.word(Parameter::VInch)) * u32::from(settings.word(Parameter::OffsetInch2));
         let rounding = if self.quirks.inching_rounds_up { 99 } else { 50 };
         self.speed(u16::try_from((percent_rpm + rounding) / 100).unwrap_or(u16::MAX))
     }

@@ -9,6 +9,7 @@
 //! ```
 
 use super::settings::{SenseOfRotation, Settings};
+use crate::devices::ag03::param::Parameter;
 
 /// Increments per revolution of the output shaft (manual chapter 2.6).
 pub const INCREMENTS_PER_REVOLUTION: f64 = 1600.0;
@@ -22,15 +23,15 @@ pub(super) struct Scale {
 impl Scale {
     /// The scale of spindle pitch, gear and sense of rotation. A gear factor of 0 counts as 1.
     pub(super) fn new(settings: &Settings) -> Self {
-        let unit = match settings.spindle_pitch {
+        let unit = match settings.word(Parameter::SpindlePitch) {
             0 => 1.0,
             pitch => f64::from(pitch) / INCREMENTS_PER_REVOLUTION,
         };
-        let reduction =
-            f64::from(settings.gear_denominator.max(1)) / f64::from(settings.gear_numerator.max(1));
+        let reduction = f64::from(settings.word(Parameter::GearDenominator).max(1))
+            / f64::from(settings.word(Parameter::GearNumerator).max(1));
         let magnitude = unit * reduction;
         Self {
-            units_per_increment: match settings.sense {
+            units_per_increment: match settings.sense() {
                 SenseOfRotation::I => magnitude,
                 SenseOfRotation::E => -magnitude,
             },
@@ -69,7 +70,7 @@ pub(super) fn round(value: f64) -> i32 {
 mod tests {
     use proptest::prelude::*;
 
-    use super::super::settings::DEFAULTS;
+    use super::super::settings::defaults;
     use super::*;
 
     fn position_after(revolutions: f64, settings: &Settings) -> i32 {
@@ -78,11 +79,11 @@ mod tests {
 
     #[test]
     fn one_revolution_is_1600_increments_or_the_spindle_pitch_behind_the_gear() {
-        let spindle = Settings { spindle_pitch: 200, ..DEFAULTS };
-        let reduced = Settings { gear_numerator: 5, ..DEFAULTS };
-        let odd = Settings { gear_numerator: 378, gear_denominator: 100, ..spindle };
-        let reversed = Settings { sense: SenseOfRotation::E, ..DEFAULTS };
-        assert_eq!(position_after(1.0, &DEFAULTS), 1600);
+        let spindle = defaults().with_spindle_pitch(200);
+        let reduced = defaults().with_gear_numerator(5);
+        let odd = spindle.with_gear_numerator(378).with_gear_denominator(100);
+        let reversed = defaults().with_sense(SenseOfRotation::E);
+        assert_eq!(position_after(1.0, &defaults()), 1600);
         assert_eq!(position_after(1.0, &spindle), 200);
         assert_eq!(position_after(5.0, &reduced), 1600);
         assert_eq!(position_after(3.78, &odd), 200);
@@ -93,13 +94,13 @@ mod tests {
     fn user_units_survive_the_way_to_increments_and_back() {
         for (pitch, numerator, denominator) in [(0, 1, 1), (1, 10_000, 1), (1000, 1, 10_000), (7, 378, 100)] {
             for sense in [SenseOfRotation::I, SenseOfRotation::E] {
-                let scale = Scale::new(&Settings {
-                    spindle_pitch: pitch,
-                    gear_numerator: numerator,
-                    gear_denominator: denominator,
-                    sense,
-                    ..DEFAULTS
-                });
+                let scale = Scale::new(
+                    &defaults()
+                        .with_spindle_pitch(pitch)
+                        .with_gear_numerator(numerator)
+                        .with_gear_denominator(denominator)
+                        .with_sense(sense),
+                );
                 for units in [0, 1, -1, 9_999_999, -9_999_999, i32::MAX, i32::MIN] {
                     assert_eq!(round(scale.units(scale.increments(f64::from(units)))), units);
                 }

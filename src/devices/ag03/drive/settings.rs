@@ -1,107 +1,95 @@
-//! The parameters of chapter 6 of the manual as the drive uses them: typed, in the manual's units.
+//! The parameters of chapter 6 of the manual as the drive uses them: in the manual's units, and typed where a number is
+//! a choice.
 
-use crate::devices::ag03::param::{Model, POSITIONING_MODE, Parameter, Store, VELOCITY_MODE};
+use crate::devices::ag03::param::{POSITIONING_MODE, Parameter, Store, VELOCITY_MODE};
 
 use super::Motor;
 
 /// Parameters the drive works with, read from the [`Store`] once after each change.
 ///
-/// The fields hold what the store checked; values outside the documented ranges do no harm, the motion limits them
-/// (an acceleration of 0 % counts as 1 %, `ag03.md` C-02).
+/// The values are those that the store checked; values outside the documented ranges do no harm, the motion limits them
+/// (an acceleration of 0 % counts as 1 %, `ag03.md` C-02), and a value without a meaning reads as its default.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Settings {
-    /// Parameter no. 20, PNU 930.
-    pub mode: Mode,
-    /// a-Pos (no. 4), % of 4 rev/s^2, 1..=100.
-    pub a_pos: u16,
-    /// v-Pos (no. 5), rpm of the output shaft, 1..=100 (48:1) or 1..=200 (24:1).
-    pub v_pos: u16,
-    /// d-Pos (no. 31, AG03/1), % of 4 rev/s^2, 1..=100. `None` = as a-Pos (stored value 101, and every AG03).
-    pub d_pos: Option<u16>,
-    /// a-Rot (no. 6), % of 4 rev/s^2, 1..=100.
-    pub a_rot: u16,
-    /// a-Inch (no. 8), % of 4 rev/s^2, 1..=100.
-    pub a_inch: u16,
-    /// v-Inch (no. 9), rpm, as `v_pos`.
-    pub v_inch: u16,
-    /// Offset inching 2 (no. 30), % of v-Inch, 10..=100.
-    pub offset_inch_2: u16,
-    /// Positioning window in user units, velocity window in rpm (no. 10), 0..=1000.
-    pub window: u16,
-    /// Gear numerator (no. 11), 1..=10000.
-    pub gear_numerator: u16,
-    /// Gear denominator (no. 12), 1..=10000.
-    pub gear_denominator: u16,
-    /// Spindle pitch (no. 13), 0.01 mm per revolution, 0 = positions count increments.
-    pub spindle_pitch: u16,
-    /// Sense of rotation (no. 18).
-    pub sense: SenseOfRotation,
-    /// Pos. type (no. 19).
-    pub pos_type: PosType,
-    /// Limits 1 and 2 (nos. 15, 16).
-    pub limits: Limits,
-    /// Delta inch (no. 17), user units, the sign is the direction.
-    pub delta_inch: i32,
-    /// Stop mode inching 2 (no. 25).
-    pub stop_mode_inch_2: StopMode,
-    /// What the motor does at the target (no. 26): hold position, windings shorted, or released.
-    pub inpos: Motor,
-    /// Loop length (no. 27), always increments, 0..=10000.
-    pub loop_length: u16,
-    /// Torque deactivation (no. 29), %, 20..=124. `None` = off (stored value 125).
-    pub torque_deactivation: Option<u16>,
+    values: [i32; Parameter::COUNT],
 }
 
 impl Settings {
-    /// Takes every parameter the drive needs out of `store`. A value without a meaning reads as its default.
+    /// Takes every parameter out of `store`.
     pub fn read(store: &Store) -> Self {
-        let signed = |parameter| store.value(parameter);
-        let unsigned = |parameter| {
-            let value = store.value(parameter).clamp(0, i32::from(u16::MAX));
-            u16::try_from(value).unwrap_or(u16::MAX)
-        };
-        Self {
-            mode: Mode::of_number(unsigned(Parameter::OperatingMode)).unwrap_or(Mode::Positioning),
-            a_pos: unsigned(Parameter::APos),
-            v_pos: unsigned(Parameter::VPos),
-            d_pos: match store.model() {
-                Model::Ag03 => None,
-                Model::Ag03_1 => Some(unsigned(Parameter::DPos)).filter(|&percent| percent <= 100),
-            },
-            a_rot: unsigned(Parameter::ARot),
-            a_inch: unsigned(Parameter::AInch),
-            v_inch: unsigned(Parameter::VInch),
-            offset_inch_2: unsigned(Parameter::OffsetInch2),
-            window: unsigned(Parameter::PosWindow),
-            gear_numerator: unsigned(Parameter::GearNumerator),
-            gear_denominator: unsigned(Parameter::GearDenominator),
-            spindle_pitch: unsigned(Parameter::SpindlePitch),
-            sense: if signed(Parameter::SenseOfRotation) == 1 {
-                SenseOfRotation::E
-            } else {
-                SenseOfRotation::I
-            },
-            pos_type: match signed(Parameter::PosType) {
-                1 => PosType::LoopPlus,
-                2 => PosType::LoopMinus,
-                ..=0 | 3.. => PosType::Direct,
-            },
-            limits: Limits::new(signed(Parameter::Limit1), signed(Parameter::Limit2)),
-            delta_inch: signed(Parameter::DeltaInch),
-            stop_mode_inch_2: if signed(Parameter::StopModeInch2) == 1 {
-                StopMode::Ramp
-            } else {
-                StopMode::Maximum
-            },
-            inpos: match signed(Parameter::InposMode) {
-                1 => Motor::Shorted,
-                2 => Motor::Released,
-                ..=0 | 3.. => Motor::InControl,
-            },
-            loop_length: unsigned(Parameter::LoopLength),
-            torque_deactivation: Some(unsigned(Parameter::TorqueDeactivation))
-                .filter(|&percent| percent < 125),
+        let mut values = [0; Parameter::COUNT];
+        for (value, parameter) in values.iter_mut().zip(Parameter::all()) {
+            *value = store.value(parameter);
         }
+        Self { values }
+    }
+
+    /// The same with another value of a parameter.
+    #[must_use]
+    pub fn with(mut self, parameter: Parameter, value: i32) -> Self {
+        if let Some(place) = self.values.get_mut(parameter as usize) {
+            *place = value;
+        }
+        self
+    }
+
+    /// The value of a parameter.
+    pub(crate) fn number(&self, parameter: Parameter) -> i32 {
+        self.values.get(parameter as usize).copied().unwrap_or_default()
+    }
+
+    /// The value of a parameter that has no sign.
+    pub(crate) fn word(&self, parameter: Parameter) -> u16 {
+        let value = self.number(parameter).clamp(0, i32::from(u16::MAX));
+        u16::try_from(value).unwrap_or(u16::MAX)
+    }
+
+    /// Parameter no. 20.
+    pub(super) fn mode(&self) -> Mode {
+        Mode::of_number(self.word(Parameter::OperatingMode)).unwrap_or(Mode::Positioning)
+    }
+
+    /// The deceleration of travel jobs, % of 4 rev/s^2; `None` = as a-Pos (101, and every AG03).
+    pub(super) fn d_pos(&self) -> Option<u16> {
+        Some(self.word(Parameter::DPos)).filter(|&percent| percent <= 100)
+    }
+
+    /// The counting direction.
+    pub(super) fn sense(&self) -> SenseOfRotation {
+        if self.number(Parameter::SenseOfRotation) == 1 { SenseOfRotation::E } else { SenseOfRotation::I }
+    }
+
+    /// The side that a target is approached from.
+    pub(super) fn pos_type(&self) -> PosType {
+        match self.number(Parameter::PosType) {
+            1 => PosType::LoopPlus,
+            2 => PosType::LoopMinus,
+            ..=0 | 3.. => PosType::Direct,
+        }
+    }
+
+    /// The travel range.
+    pub(super) fn limits(&self) -> Limits {
+        Limits::new(self.number(Parameter::Limit1), self.number(Parameter::Limit2))
+    }
+
+    /// How inching 2 stops.
+    pub(super) fn stop_mode_inch_2(&self) -> StopMode {
+        if self.number(Parameter::StopModeInch2) == 1 { StopMode::Ramp } else { StopMode::Maximum }
+    }
+
+    /// What the motor does at the target: hold the position, short its windings, or nothing.
+    pub(super) fn inpos(&self) -> Motor {
+        match self.number(Parameter::InposMode) {
+            1 => Motor::Shorted,
+            2 => Motor::Released,
+            ..=0 | 3.. => Motor::InControl,
+        }
+    }
+
+    /// The threshold of the torque, %; `None` = off (125).
+    pub(super) fn torque_deactivation(&self) -> Option<u16> {
+        Some(self.word(Parameter::TorqueDeactivation)).filter(|&percent| percent < 125)
     }
 }
 
@@ -205,30 +193,52 @@ impl Limits {
     }
 }
 
-/// Settings at the defaults of the manual's Table 6.
+/// Settings of a new drive.
 #[cfg(test)]
-pub(super) const DEFAULTS: Settings = Settings {
-    mode: Mode::Positioning,
-    a_pos: 50,
-    v_pos: 30,
-    d_pos: None,
-    a_rot: 50,
-    a_inch: 50,
-    v_inch: 30,
-    offset_inch_2: 100,
-    window: 10,
-    gear_numerator: 1,
-    gear_denominator: 1,
-    spindle_pitch: 0,
-    sense: SenseOfRotation::I,
-    pos_type: PosType::Direct,
-    limits: Limits::new(1_000_000, -1_000_000),
-    delta_inch: 1600,
-    stop_mode_inch_2: StopMode::Maximum,
-    inpos: Motor::InControl,
-    loop_length: 800,
-    torque_deactivation: None,
-};
+pub(super) fn defaults() -> Settings {
+    use crate::devices::ag03::param::{Gear, Model};
+    Settings::read(&Store::new(Model::Ag03_1, Gear::Ratio48))
+}
+
+/// Settings of tests: `with_` and the name, the value as the drive has it.
+#[cfg(test)]
+macro_rules! settings_of_tests {
+    ($($name:ident($value:ident: $kind:ty) = $($parameter:ident $number:expr),+;)*) => {
+        impl Settings {
+            $(pub(super) fn $name(self, $value: $kind) -> Self {
+                self$(.with(Parameter::$parameter, $number))+
+            })*
+        }
+    };
+}
+
+#[cfg(test)]
+settings_of_tests! {
+    with_mode(mode: Mode) = OperatingMode mode.number().into();
+    with_a_pos(percent: u16) = APos percent.into();
+    with_v_pos(rpm: u16) = VPos rpm.into();
+    with_d_pos(percent: Option<u16>) = DPos percent.unwrap_or(101).into();
+    with_a_rot(percent: u16) = ARot percent.into();
+    with_a_inch(percent: u16) = AInch percent.into();
+    with_v_inch(rpm: u16) = VInch rpm.into();
+    with_offset_inch_2(percent: u16) = OffsetInch2 percent.into();
+    with_window(window: u16) = PosWindow window.into();
+    with_gear_numerator(number: u16) = GearNumerator number.into();
+    with_gear_denominator(number: u16) = GearDenominator number.into();
+    with_spindle_pitch(pitch: u16) = SpindlePitch pitch.into();
+    with_sense(sense: SenseOfRotation) = SenseOfRotation sense as i32;
+    with_pos_type(pos_type: PosType) = PosType pos_type as i32;
+    with_limits(limits: Limits) = Limit1 limits.upper(), Limit2 limits.lower();
+    with_delta_inch(delta: i32) = DeltaInch delta;
+    with_stop_mode_inch_2(stop: StopMode) = StopModeInch2 stop as i32;
+    with_inpos(motor: Motor) = InposMode match motor {
+        Motor::InControl => 0,
+        Motor::Shorted => 1,
+        Motor::Released => 2,
+    };
+    with_loop_length(length: u16) = LoopLength length.into();
+    with_torque_deactivation(percent: Option<u16>) = TorqueDeactivation percent.unwrap_or(125).into();
+}
 
 #[cfg(test)]
 mod tests {

@@ -3,7 +3,7 @@
 use super::{Event, Unit, Writer};
 use crate::devices::ag03::drive::Settings;
 use crate::devices::ag03::param::{
-    Effect, Lengths, ParamError, Pnu, Reading, Subindex, Value, Write, WriteContext,
+    Effect, Lengths, ParamError, Parameter, Pnu, Reading, Subindex, Value, Write, WriteContext,
 };
 
 /// What a write did.
@@ -107,7 +107,7 @@ impl Unit {
             Effect::ClearFaults => self.drive.clear_faults(),
             // Not during a travel job: the store has refused it by the same status.
             Effect::Calibrate => {
-                let value = self.store.value(crate::devices::ag03::param::Parameter::CalibrationValue);
+                let value = self.store.value(Parameter::CalibrationValue);
                 let _refused = self.drive.calibrate(value);
             }
         }
@@ -119,7 +119,7 @@ impl Unit {
             Write::Set(parameter, _) => Some(before.value(parameter)),
             Write::Load(_) | Write::ClearFaults | Write::Calibrate => None,
         };
-        let lengths = Lengths::of_spindle_pitch(self.settings.spindle_pitch.into());
+        let lengths = Lengths::of_spindle_pitch(self.settings.word(Parameter::SpindlePitch).into());
         self.events.push(Event::Written { write, before: before_value, effect, lengths, by });
         let waits = self.note_write(write, &before, &memory, by == Writer::Bus);
         Ok(Written { write, effect, before: before_value, waits })

@@ -304,7 +304,7 @@ fn with_keys(settings: Settings) -> Rig {
 #[test]
 fn row_52_keys_turn_the_shaft_outside_data_exchange() {
     for (sense, clockwise) in [(SenseOfRotation::I, -30), (SenseOfRotation::E, 30)] {
-        let mut rig = with_keys(Settings { sense, ..DEFAULTS });
+        let mut rig = with_keys(defaults().with_sense(sense));
         rig.inputs(|inputs| inputs.key_clockwise = true).run(300);
         assert_eq!((rig.state(), rig.status().velocity), (State::KeyInching(Key::Clockwise), clockwise));
         rig.inputs(|inputs| inputs.key_clockwise = false).run(300);
@@ -320,18 +320,18 @@ fn row_52_keys_do_nothing_in_data_exchange_with_a_fault_without_supply_or_in_vel
     assert_eq!(rig.inputs(press).state(), READY);
     rig.connected = false;
     assert_eq!(rig.run(5).state(), READY, "it was pressed before");
-    assert_eq!(with_keys(DEFAULTS).causes([Fault::F]).inputs(press).state(), State::Fault);
-    let mut rig = with_keys(DEFAULTS);
+    assert_eq!(with_keys(defaults()).causes([Fault::F]).inputs(press).state(), State::Fault);
+    let mut rig = with_keys(defaults());
     rig.output_stage(false).inputs(press);
     assert_eq!(rig.state(), State::NotReady);
-    assert_eq!(with_keys(Settings { mode: Mode::Velocity, ..DEFAULTS }).inputs(press).state(), READY);
+    assert_eq!(with_keys(defaults().with_mode(Mode::Velocity)).inputs(press).state(), READY);
     let both = |inputs: &mut Inputs| (inputs.key_clockwise, inputs.key_counter_clockwise) = (true, true);
-    assert_eq!(with_keys(DEFAULTS).inputs(both).state(), READY);
+    assert_eq!(with_keys(defaults()).inputs(both).state(), READY);
 }
 
 #[test]
 fn row_52_keys_only_turn_inward_beyond_a_limit() {
-    let mut rig = with_keys(Settings { limits: Limits::new(-100, 100), ..DEFAULTS }).calibrated(150);
+    let mut rig = with_keys(defaults().with_limits(Limits::new(-100, 100))).calibrated(150);
     rig.inputs(|inputs| inputs.key_counter_clockwise = true);
     assert_eq!(rig.state(), READY);
     rig.inputs(|inputs| inputs.key_counter_clockwise = false);
@@ -343,7 +343,7 @@ fn row_52_keys_only_turn_inward_beyond_a_limit() {
 #[test]
 fn row_53_a_released_key_or_data_exchange_stops() {
     for by_key in [true, false] {
-        let mut rig = with_keys(DEFAULTS);
+        let mut rig = with_keys(defaults());
         rig.inputs(|inputs| inputs.key_clockwise = true).run(300);
         rig.stw = 0x000b;
         if by_key {
@@ -365,8 +365,8 @@ fn what_stands_against_a_start_is_what_the_start_is_then_refused_with() {
         rig.output_stage(false);
         rig
     };
-    let beyond = Settings { limits: Limits::new(-100, 100), ..DEFAULTS };
-    let velocity = Settings { mode: Mode::Velocity, ..DEFAULTS };
+    let beyond = defaults().with_limits(Limits::new(-100, 100));
+    let velocity = defaults().with_mode(Mode::Velocity);
     for (mut rig, refused) in [
         (Rig::new(Model::Ag03_1).run(1).clone(), true),
         (Rig::enabled(), false),

@@ -76,28 +76,27 @@ fn settings() -> impl Strategy<Value = Settings> {
             let (window, gear_numerator, gear_denominator, spindle_pitch, loop_length, sense, pos_type) =
                 scale;
             let (limit_1, limit_2, delta_inch, stop_mode_inch_2, inpos, torque_deactivation) = rest;
-            Settings {
-                mode,
-                a_pos,
-                v_pos,
-                d_pos,
-                a_rot,
-                a_inch,
-                v_inch,
-                offset_inch_2,
-                window,
-                gear_numerator,
-                gear_denominator,
-                spindle_pitch,
-                sense,
-                pos_type,
-                limits: Limits::new(limit_1, limit_2),
-                delta_inch,
-                stop_mode_inch_2,
-                inpos,
-                loop_length,
-                torque_deactivation,
-            }
+            defaults()
+                .with_mode(mode)
+                .with_a_pos(a_pos)
+                .with_v_pos(v_pos)
+                .with_d_pos(d_pos)
+                .with_a_rot(a_rot)
+                .with_a_inch(a_inch)
+                .with_v_inch(v_inch)
+                .with_offset_inch_2(offset_inch_2)
+                .with_window(window)
+                .with_gear_numerator(gear_numerator)
+                .with_gear_denominator(gear_denominator)
+                .with_spindle_pitch(spindle_pitch)
+                .with_sense(sense)
+                .with_pos_type(pos_type)
+                .with_limits(Limits::new(limit_1, limit_2))
+                .with_delta_inch(delta_inch)
+                .with_stop_mode_inch_2(stop_mode_inch_2)
+                .with_inpos(inpos)
+                .with_loop_length(loop_length)
+                .with_torque_deactivation(torque_deactivation)
         })
 }
 
@@ -132,7 +131,7 @@ proptest! {
     ) {
         let model = if ag03 { Model::Ag03 } else { Model::Ag03_1 };
         let gear = if wide { Gear::Ratio24 } else { Gear::Ratio48 };
-        let mut settings = DEFAULTS;
+        let mut settings = defaults();
         let mut drive = Drive::new(model, gear, &settings);
         let mut last = 0;
         for act in acts {
@@ -172,14 +171,7 @@ proptest! {
         start in -300_000..=300_000i32, setpoint in -300_000..=300_000i32, millis in 1..=100u64,
         pitch in prop_oneof![Just(0u16), 100..=1000u16], loops in 0..3usize, reversed in any::<bool>(),
     ) {
-        let settings = Settings {
-            spindle_pitch: pitch,
-            pos_type: [PosType::Direct, PosType::LoopPlus, PosType::LoopMinus][loops],
-            sense: if reversed { SenseOfRotation::E } else { SenseOfRotation::I },
-            limits: Limits::new(0, 0),
-            v_pos: 200,
-            ..DEFAULTS
-        };
+        let settings = defaults().with_spindle_pitch(pitch).with_pos_type([PosType::Direct, PosType::LoopPlus, PosType::LoopMinus][loops]).with_sense(if reversed { SenseOfRotation::E } else { SenseOfRotation::I }).with_limits(Limits::new(0, 0)).with_v_pos(200);
         let dt = Duration::from_millis(millis);
         let mut drive = Drive::new(Model::Ag03_1, Gear::Ratio24, &settings);
         drive.calibrate(start).unwrap();

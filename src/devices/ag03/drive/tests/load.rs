@@ -11,7 +11,7 @@ fn measured(rig: &Rig) -> Measured {
 }
 
 fn fast(rpm: u16) -> Rig {
-    let mut rig = Rig::with(Model::Ag03_1, Settings { v_pos: rpm, a_pos: 100, ..DEFAULTS });
+    let mut rig = Rig::with(Model::Ag03_1, defaults().with_v_pos(rpm).with_a_pos(100));
     rig.stw(0x003b);
     rig
 }
@@ -50,7 +50,7 @@ fn current_is_idle_current_load_and_acceleration() {
 #[test]
 fn the_24_to_1_gear_has_half_the_torque() {
     let config = Config::default();
-    let mut rig = Rig::made(Model::Ag03, Gear::Ratio24, Settings { v_pos: 200, ..DEFAULTS }, config);
+    let mut rig = Rig::made(Model::Ag03, Gear::Ratio24, defaults().with_v_pos(200), config);
     rig.stw(0x003b).travel(90_000).run(3000);
     assert_eq!(rig.status().velocity, 200);
     rig.inputs(|inputs| inputs.friction_torque = 1.0);
@@ -121,7 +121,7 @@ fn a_blocked_shaft_stands_at_once_and_b_follows_the_lag_error() {
 
 #[test]
 fn a_blocked_shaft_in_velocity_mode_does_not_make_up_for_the_way_it_lost() {
-    let mut rig = Rig::with(Model::Ag03_1, Settings { mode: Mode::Velocity, ..DEFAULTS });
+    let mut rig = Rig::with(Model::Ag03_1, defaults().with_mode(Mode::Velocity));
     rig.setpoint = 60;
     rig.stw(0x004b).run(1000);
     let place = rig.inputs(|inputs| inputs.blocked = true).run(300).position();
@@ -148,7 +148,7 @@ fn a_low_supply_limits_speed_and_torque() {
 #[test]
 fn holding_a_load_takes_current_and_the_other_inpos_modes_take_none() {
     for (inpos, current) in [(Motor::InControl, 1500), (Motor::Shorted, 0), (Motor::Released, 0)] {
-        let mut rig = Rig::with(Model::Ag03_1, Settings { inpos, ..DEFAULTS });
+        let mut rig = Rig::with(Model::Ag03_1, defaults().with_inpos(inpos));
         rig.stw(0x003b).inputs(|inputs| inputs.load_torque = -3.0).travel(100);
         rig.until(State::OperationEnabled(inpos));
         rig.run(10);
@@ -205,7 +205,7 @@ fn the_position_jumps_at_the_end_of_the_encoder_and_no_travel_leads_there() {
     let constants = plant::Constants { encoder_revolutions: 10.0, ..plant::Constants::DEFAULT };
     let limits = Limits::new(0, 0);
     let config = Config { constants, ..Config::default() };
-    let mut rig = Rig::made(Model::Ag03_1, Gear::Ratio48, Settings { limits, ..DEFAULTS }, config);
+    let mut rig = Rig::made(Model::Ag03_1, Gear::Ratio48, defaults().with_limits(limits), config);
     rig.stw(0x003b).travel(8001);
     assert_eq!(
         rig.refusal_text(),
@@ -234,7 +234,7 @@ fn inching_over_the_end_of_the_encoder_ends_in_its_window() {
     let constants = plant::Constants { encoder_revolutions: 1.0, ..plant::Constants::DEFAULT };
     let limits = Limits::new(0, 0);
     let config = Config { constants, ..Config::default() };
-    let mut rig = Rig::made(Model::Ag03, Gear::Ratio48, Settings { limits, ..DEFAULTS }, config);
+    let mut rig = Rig::made(Model::Ag03, Gear::Ratio48, defaults().with_limits(limits), config);
     rig.stw(0x000b).stw(0x010b);
     rig.until(ENABLED);
     assert_eq!(rig.position(), 0, "one turn of an encoder of one turn");
@@ -274,7 +274,7 @@ proptest! {
         millis in 5..=50u64,
     ) {
         let sense = if reversed { SenseOfRotation::E } else { SenseOfRotation::I };
-        let settings = Settings { v_pos: rpm, a_pos: percent, sense, ..DEFAULTS };
+        let settings = defaults().with_v_pos(rpm).with_a_pos(percent).with_sense(sense);
         let mut rig = Rig::with(Model::Ag03_1, settings);
         rig.stw(0x003b);
         rig.travel(target);

@@ -13,7 +13,7 @@ mod words;
 
 use core::time::Duration;
 
-use super::settings::DEFAULTS;
+use super::settings::defaults;
 use super::*;
 use words::{command, zsw};
 
@@ -34,7 +34,7 @@ struct Rig {
 impl Rig {
     /// Just powered on, in Data_Exchange, STW = 0.
     fn new(model: Model) -> Self {
-        Self::with(model, DEFAULTS)
+        Self::with(model, defaults())
     }
 
     fn with(model: Model, settings: Settings) -> Self {

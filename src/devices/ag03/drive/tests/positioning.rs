@@ -20,7 +20,9 @@ fn row_20_either_edge_of_start_begins_a_job_and_toggles_the_acknowledge_bit() {
 fn row_20_a_v_and_d_are_latched_when_the_job_starts() {
     let mut rig = Rig::enabled();
     rig.travel(1600);
-    (rig.settings.a_pos, rig.settings.v_pos, rig.settings.d_pos) = (1, 100, Some(1));
+    rig.settings = rig.settings.with_a_pos(1);
+    rig.settings = rig.settings.with_v_pos(100);
+    rig.settings = rig.settings.with_d_pos(Some(1));
     assert_eq!(rig.until(ENABLED), 2250 - 1);
 }
 
@@ -38,7 +40,7 @@ fn row_20_travels_take_the_time_of_the_closed_formula() {
 #[test]
 fn row_20_d_pos_brakes_otherwise_than_a_pos_accelerates() {
     let mut rig = Rig::enabled();
-    rig.settings.d_pos = Some(100);
+    rig.settings = rig.settings.with_d_pos(Some(100));
     rig.travel(1600);
     // 0.25 s, 100 increments up; 0.125 s, 50 increments down; 1450 increments at 800/s
     assert_eq!(rig.until(ENABLED) + 1, 250 + 125 + 1813);
@@ -46,7 +48,7 @@ fn row_20_d_pos_brakes_otherwise_than_a_pos_accelerates() {
 
 #[test]
 fn row_20_positions_are_scaled_by_pitch_gear_and_sense() {
-    let settings = Settings { spindle_pitch: 200, gear_numerator: 5, sense: SenseOfRotation::E, ..DEFAULTS };
+    let settings = defaults().with_spindle_pitch(200).with_gear_numerator(5).with_sense(SenseOfRotation::E);
     let mut rig = Rig::with(Model::Ag03_1, settings).calibrated(-77);
     rig.stw(0x003b).travel(-117).run(1000);
     assert_eq!(rig.status().velocity, -30);
@@ -58,7 +60,7 @@ fn row_20_positions_are_scaled_by_pitch_gear_and_sense() {
 #[test]
 fn row_20_without_limits_any_setpoint_the_encoder_can_tell_is_accepted() {
     let mut rig = Rig::enabled();
-    rig.settings.limits = Limits::new(0, 0);
+    rig.settings = rig.settings.with_limits(Limits::new(0, 0));
     assert_eq!(rig.travel(i32::MAX).reasons(), [Reason::BeyondEncoder]);
     assert_eq!(rig.travel(52_000_000).state(), State::TravelActive);
 }
@@ -110,12 +112,12 @@ fn row_21_an_edge_together_with_enabling_comes_too_early() {
 #[test]
 fn row_21_start_held_over_a_change_of_mode_must_be_taken_back() {
     let mut rig = Rig::enabled();
-    rig.settings.mode = Mode::Velocity;
+    rig.settings = rig.settings.with_mode(Mode::Velocity);
     rig.run(1);
     rig.stw = 0x007b;
     rig.run(1);
     assert_eq!(rig.state(), State::VelocityTravelling);
-    rig.settings.mode = Mode::Positioning;
+    rig.settings = rig.settings.with_mode(Mode::Positioning);
     assert_eq!(rig.run(1).state(), ENABLED);
     assert_eq!(rig.travel(1600).reasons(), [Reason::StartHeld]);
     assert_eq!(rig.travel(1600).state(), State::TravelActive);
@@ -136,7 +138,7 @@ fn row_22_an_edge_during_the_job_is_ignored() {
 fn row_23_the_end_of_the_job_is_reported_and_inpos_mode_acts() {
     for (inpos, released) in [(Motor::InControl, false), (Motor::Shorted, false), (Motor::Released, true)] {
         let mut rig = Rig::enabled();
-        rig.settings.inpos = inpos;
+        rig.settings = rig.settings.with_inpos(inpos);
         rig.travel(1600);
         rig.until(State::OperationEnabled(inpos));
         let status = rig.status();
@@ -154,7 +156,7 @@ fn row_23_the_window_is_live_after_the_job() {
     rig.until(ENABLED);
     rig.drive.calibrate(1611).unwrap();
     assert!(!rig.run(1).status().target_reached);
-    rig.settings.window = 11;
+    rig.settings = rig.settings.with_window(11);
     assert!(rig.run(1).status().target_reached);
 }
 
@@ -233,7 +235,7 @@ fn row_26_stop_discards_a_paused_job() {
 
 fn tripped() -> Rig {
     let mut rig = Rig::travelling(16_000);
-    rig.settings.torque_deactivation = Some(80);
+    rig.settings = rig.settings.with_torque_deactivation(Some(80));
     rig.inputs(|inputs| inputs.friction_torque = 3.19);
     assert_eq!(rig.state(), State::TravelActive);
     rig.inputs(|inputs| inputs.friction_torque = 3.21).inputs(|inputs| inputs.friction_torque = 0.0);
@@ -280,7 +282,7 @@ fn prepared() -> Rig {
 #[test]
 fn row_28_inching_1_travels_by_delta_inch() {
     let mut rig = prepared();
-    rig.settings.delta_inch = -800;
+    rig.settings = rig.settings.with_delta_inch(-800);
     rig.stw(0x010b);
     assert_eq!(rig.state(), State::Inching(Inching::One));
     assert_eq!(rig.zsw() & 0xaa7f, 0x0a37);
@@ -292,7 +294,8 @@ fn row_28_inching_1_travels_by_delta_inch() {
 #[test]
 fn row_28_pos_type_does_not_matter_to_inching() {
     let mut rig = prepared();
-    (rig.settings.pos_type, rig.settings.delta_inch) = (PosType::LoopPlus, -800);
+    rig.settings = rig.settings.with_pos_type(PosType::LoopPlus);
+    rig.settings = rig.settings.with_delta_inch(-800);
     rig.stw(0x010b);
     let cycles = rig.until(ENABLED);
     assert_eq!((rig.position(), cycles + 1), (-800, 250 + 250 + 750));
@@ -312,7 +315,7 @@ fn row_29_the_end_shows_in_the_window_and_the_next_needs_a_new_edge() {
 #[test]
 fn row_30_taking_inching_1_back_brakes_with_a_inch() {
     let mut rig = prepared();
-    rig.settings.a_inch = 25;
+    rig.settings = rig.settings.with_a_inch(25);
     rig.stw(0x010b).run(599).stw(0x000b);
     assert_eq!(rig.state(), State::Inching(Inching::Ending));
     assert_eq!(rig.until(ENABLED), 500 - 1);
@@ -323,11 +326,12 @@ fn row_30_taking_inching_1_back_brakes_with_a_inch() {
 fn row_31_inching_2_runs_while_asked_with_v_inch_times_offset() {
     for (v_inch, offset, rpm) in [(50, 47, 24), (30, 47, 14), (1, 10, 1), (30, 100, 30)] {
         let mut rig = prepared();
-        (rig.settings.v_inch, rig.settings.offset_inch_2) = (v_inch, offset);
+        rig.settings = rig.settings.with_v_inch(v_inch);
+        rig.settings = rig.settings.with_offset_inch_2(offset);
         rig.stw(0x020b).run(3000);
         assert_eq!(rig.state(), State::Inching(Inching::Two(Direction::Positive)));
         assert_eq!(rig.status().velocity, rpm, "{v_inch} rpm, {offset} %");
-        rig.settings.offset_inch_2 = 100;
+        rig.settings = rig.settings.with_offset_inch_2(100);
         assert_eq!(rig.run(1000).status().velocity, i32::from(v_inch), "the offset acts at once");
     }
     assert_eq!(prepared().stw(0x820b).run(1000).status().velocity, -30);
@@ -337,7 +341,7 @@ fn row_31_inching_2_runs_while_asked_with_v_inch_times_offset() {
 fn row_32_inching_2_stops_by_stop_mode() {
     for (stop_mode_inch_2, cycles) in [(StopMode::Maximum, 125), (StopMode::Ramp, 500)] {
         let mut rig = prepared();
-        rig.settings = Settings { a_inch: 25, stop_mode_inch_2, ..DEFAULTS };
+        rig.settings = defaults().with_a_inch(25).with_stop_mode_inch_2(stop_mode_inch_2);
         rig.stw(0x020b).run(1000).stw(0x000b);
         assert_eq!(rig.state(), State::Inching(Inching::Ending));
         assert_eq!(rig.until(ENABLED), cycles - 1);
@@ -357,7 +361,7 @@ fn row_33_a_change_of_direction_turns_the_shaft_with_a_inch() {
 #[test]
 fn row_33_a_change_of_direction_outward_beyond_a_limit_ends_inching() {
     let mut rig = prepared();
-    rig.settings.limits = Limits::new(500, -500);
+    rig.settings = rig.settings.with_limits(Limits::new(500, -500));
     let mut rig = rig.calibrated(900);
     rig.run(1).stw(0x820b).run(300).stw(0x020b);
     assert_eq!(
@@ -372,7 +376,7 @@ fn row_33_a_change_of_direction_outward_beyond_a_limit_ends_inching() {
 fn row_34_inching_out_of_the_limits_stops() {
     for stw in [0x010b, 0x020b] {
         let mut rig = prepared();
-        rig.settings.limits = Limits::new(500, -500);
+        rig.settings = rig.settings.with_limits(Limits::new(500, -500));
         rig.run(1).stw(stw).until(ENABLED);
         assert!((501..=551).contains(&rig.position()), "{}", rig.position());
         assert!(rig.status().above_upper_limit && !rig.status().ready_to_travel);
@@ -384,7 +388,7 @@ fn row_34_inching_out_of_the_limits_stops() {
 fn row_35_beyond_a_limit_only_inching_inward_is_possible() {
     for (position, outward, inward) in [(600, 0x020b, 0x820b), (-600, 0x820b, 0x020b)] {
         let mut rig = prepared();
-        rig.settings.limits = Limits::new(500, -500);
+        rig.settings = rig.settings.with_limits(Limits::new(500, -500));
         let mut rig = rig.calibrated(position);
         rig.run(1).stw(outward);
         assert_eq!((rig.state(), rig.status().moving), (ENABLED, false));
@@ -413,7 +417,7 @@ fn inching_is_refused_during_a_job_and_in_velocity_mode() {
     let mut rig = Rig::travelling(16_000);
     assert_eq!(rig.stw(0x017b).reasons(), [Reason::JobActive]);
     let mut rig = prepared();
-    rig.settings.mode = Mode::Velocity;
+    rig.settings = rig.settings.with_mode(Mode::Velocity);
     assert_eq!(rig.run(1).stw(0x010b).reasons(), [Reason::VelocityMode]);
     assert_eq!(rig.state(), ENABLED);
 }
@@ -428,7 +432,7 @@ fn loop_travel_approaches_from_its_side() {
         (PosType::LoopMinus, -1600, 0, Some(800)),
     ] {
         for sense in [SenseOfRotation::I, SenseOfRotation::E] {
-            let settings = Settings { pos_type, sense, ..DEFAULTS };
+            let settings = defaults().with_pos_type(pos_type).with_sense(sense);
             let mut rig = Rig::with(Model::Ag03_1, settings).calibrated(start);
             rig.stw(0x003b).travel(target);
             let approach = if pos_type == PosType::LoopPlus { 1 } else { -1 };
@@ -455,7 +459,7 @@ fn loop_travel_approaches_from_its_side() {
 #[test]
 fn a_loop_travel_to_the_actual_position_is_reached_at_once() {
     let mut rig = Rig::enabled();
-    rig.settings.pos_type = PosType::LoopPlus;
+    rig.settings = rig.settings.with_pos_type(PosType::LoopPlus);
     rig.travel(0);
     assert_eq!((rig.state(), rig.zsw()), (ENABLED, 0xbf37));
 }
@@ -464,7 +468,7 @@ fn a_loop_travel_to_the_actual_position_is_reached_at_once() {
 fn a_loop_travel_is_paused_and_continued_on_both_legs() {
     for pause_at in (1..4400).step_by(37) {
         let mut rig = Rig::enabled().calibrated(1600);
-        rig.settings.pos_type = PosType::LoopPlus;
+        rig.settings = rig.settings.with_pos_type(PosType::LoopPlus);
         rig.travel(0).run(pause_at).stw(0x005b).run(300).stw(0x007b);
         let mut lowest = i32::MAX;
         while rig.state() == State::TravelActive {
@@ -479,7 +483,8 @@ fn a_loop_travel_is_paused_and_continued_on_both_legs() {
 #[test]
 fn a_loop_point_outside_the_limits_refuses_the_job() {
     let mut rig = Rig::enabled();
-    (rig.settings.pos_type, rig.settings.limits) = (PosType::LoopPlus, Limits::new(-1000, 1000));
+    rig.settings = rig.settings.with_pos_type(PosType::LoopPlus);
+    rig.settings = rig.settings.with_limits(Limits::new(-1000, 1000));
     rig.run(1).travel(-300);
     assert_eq!(
         rig.refusal_text(),
@@ -504,7 +509,7 @@ fn calibration_is_possible_without_a_job_only() {
 #[test]
 fn scale_and_limits_written_during_a_job_wait_for_its_end() {
     let mut rig = Rig::travelling(16_000);
-    rig.settings = Settings { gear_numerator: 2, limits: Limits::new(-5, 5), ..rig.settings };
+    rig.settings = rig.settings.with_gear_numerator(2).with_limits(Limits::new(-5, 5));
     rig.run(1);
     assert_eq!(rig.zsw() & 0xea7f, 0x0a37);
     rig.until(ENABLED);

@@ -29,7 +29,7 @@ fn run_within(rig: &mut Rig, cycles: u32, rpm: u16, percent: u16) {
 fn a_travel_keeps_v_pos_and_a_pos_when_the_shaft_is_blocked_and_freed() {
     for a_pos in RAMPS {
         for v_pos in [10, 30, 100] {
-            for mut rig in rigs(Settings { a_pos, v_pos, ..DEFAULTS }) {
+            for mut rig in rigs(defaults().with_a_pos(a_pos).with_v_pos(v_pos)) {
                 rig.stw(0x003b).travel(3000).run(700);
                 rig.inputs(|inputs| inputs.blocked = true).run(450);
                 assert_eq!(rig.status().velocity, 0);
@@ -45,8 +45,8 @@ fn a_travel_keeps_v_pos_and_a_pos_when_the_shaft_is_blocked_and_freed() {
 #[test]
 fn inching_and_velocity_keep_their_speed_and_ramp_when_a_load_goes() {
     for ramp in RAMPS {
-        let inching = Settings { a_inch: ramp, v_inch: 60, ..DEFAULTS };
-        let turning = Settings { a_rot: ramp, mode: Mode::Velocity, ..DEFAULTS };
+        let inching = defaults().with_a_inch(ramp).with_v_inch(60);
+        let turning = defaults().with_a_rot(ramp).with_mode(Mode::Velocity);
         for (settings, stw) in [(inching, 0x020b), (turning, 0x004b)] {
             for mut rig in rigs(settings) {
                 rig.setpoint = 60;
@@ -67,7 +67,7 @@ fn inching_and_velocity_keep_their_speed_and_ramp_when_a_load_goes() {
 fn row_27b_the_torque_deactivation_stops_inching_in_control() {
     for a_inch in RAMPS {
         for stw in [0x010b, 0x020b, 0x820b] {
-            for mut rig in rigs(Settings { a_inch, torque_deactivation: Some(60), ..DEFAULTS }) {
+            for mut rig in rigs(defaults().with_a_inch(a_inch).with_torque_deactivation(Some(60))) {
                 rig.stw(0x000b).stw(stw).run(500);
                 let friction = if rig.drive.gear == Gear::Ratio24 { 1.5 } else { 3.0 };
                 rig.inputs(|inputs| inputs.friction_torque = friction).run(1);
@@ -88,7 +88,7 @@ fn row_27b_the_torque_deactivation_stops_inching_in_control() {
 #[test]
 fn row_27b_the_torque_deactivation_stops_a_key_and_the_motor_is_in_control_while_it_is_held() {
     for a_inch in RAMPS {
-        for mut rig in rigs(Settings { a_inch, torque_deactivation: Some(60), ..DEFAULTS }) {
+        for mut rig in rigs(defaults().with_a_inch(a_inch).with_torque_deactivation(Some(60))) {
             rig.connected = false;
             rig.run(1).inputs(|inputs| inputs.key_clockwise = true).run(500);
             rig.inputs(|inputs| inputs.blocked = true).run(2000);
@@ -105,7 +105,7 @@ fn row_27b_the_torque_deactivation_stops_a_key_and_the_motor_is_in_control_while
 #[test]
 fn row_24_a_travel_that_pauses_shows_that_the_shaft_turns_until_it_stands() {
     for a_pos in RAMPS {
-        for mut rig in rigs(Settings { a_pos, ..DEFAULTS }) {
+        for mut rig in rigs(defaults().with_a_pos(a_pos)) {
             rig.stw(0x003b).travel(90_000).run(13_000).stw(0x005b);
             while rig.status().moving {
                 assert_eq!(rig.state(), State::Pausing { torque_tripped: false });

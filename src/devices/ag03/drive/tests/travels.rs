@@ -22,21 +22,23 @@ fn travel_time(way: f64, rpm: f64, up: f64, down: f64) -> f64 {
 }
 
 fn scaled(pitch: u16, numerator: u16, denominator: u16, reversed: bool) -> Settings {
-    Settings {
-        spindle_pitch: pitch,
-        gear_numerator: numerator,
-        gear_denominator: denominator,
-        sense: if reversed { SenseOfRotation::E } else { SenseOfRotation::I },
-        limits: Limits::new(0, 0),
-        ..DEFAULTS
-    }
+    defaults()
+        .with_spindle_pitch(pitch)
+        .with_gear_numerator(numerator)
+        .with_gear_denominator(denominator)
+        .with_sense(if reversed { SenseOfRotation::E } else { SenseOfRotation::I })
+        .with_limits(Limits::new(0, 0))
 }
 
 /// Increments of the shaft for `units`.
 fn increments(units: i32, settings: &Settings) -> f64 {
-    let unit = if settings.spindle_pitch == 0 { 1600.0 } else { f64::from(settings.spindle_pitch) };
-    f64::from(units).abs() * 1600.0 * f64::from(settings.gear_numerator)
-        / (unit * f64::from(settings.gear_denominator))
+    let unit = if settings.word(Parameter::SpindlePitch) == 0 {
+        1600.0
+    } else {
+        f64::from(settings.word(Parameter::SpindlePitch))
+    };
+    f64::from(units).abs() * 1600.0 * f64::from(settings.word(Parameter::GearNumerator))
+        / (unit * f64::from(settings.word(Parameter::GearDenominator)))
 }
 
 fn with_gear(settings: Settings, gear: Gear) -> Rig {
@@ -75,7 +77,7 @@ proptest! {
         let gear = if wide { Gear::Ratio24 } else { Gear::Ratio48 };
         let rpm = rpm.min(gear.max_rpm());
         let scale = scaled(pitch, numerator, denominator, reversed);
-        let settings = Settings { a_pos: up, d_pos: down, v_pos: rpm, ..scale };
+        let settings = scale.with_a_pos(up).with_d_pos(down).with_v_pos(rpm);
         let way = increments(units, &settings);
         let expected = travel_time(way, f64::from(rpm), f64::from(up), f64::from(down.unwrap_or(up)));
         prop_assume!(expected < 10.0);
@@ -96,7 +98,7 @@ proptest! {
         reversed in any::<bool>(), positive in any::<bool>(),
     ) {
         let (name, stw, deceleration, released) = STOPS[which];
-        let settings = Settings { a_pos: up, d_pos: down, v_pos: rpm, ..scaled(0, 1, 1, reversed) };
+        let settings = scaled(0, 1, 1, reversed).with_a_pos(up).with_d_pos(down).with_v_pos(rpm);
         let mut rig = with_gear(settings, Gear::Ratio24);
         rig.stw(0x003b).travel(if positive { 5_000_000 } else { -5_000_000 }).run(5000);
         let from = rig.drive.shaft_position();
@@ -112,7 +114,7 @@ proptest! {
     fn velocity_ramps_take_the_time_and_way_of_a_rot(
         rpm in prop_oneof![-200..=-1i32, 1..=200i32], percent in 1..=100u16, reversed in any::<bool>(),
     ) {
-        let settings = Settings { mode: Mode::Velocity, a_rot: percent, ..scaled(0, 1, 1, reversed) };
+        let settings = scaled(0, 1, 1, reversed).with_mode(Mode::Velocity).with_a_rot(percent);
         let mut rig = with_gear(settings, Gear::Ratio24);
         rig.setpoint = rpm;
         rig.stw(0x000b).stw(0x004b);
@@ -153,7 +155,7 @@ fn every_other_documented_way_to_stop_is_one_of_the_ramps() {
         (
             "torque deactivation",
             |rig| {
-                rig.settings.torque_deactivation = Some(50);
+                rig.settings = rig.settings.with_torque_deactivation(Some(50));
                 rig.inputs(|inputs| inputs.friction_torque = 3.0).run(1);
             },
             125,
@@ -173,7 +175,7 @@ fn every_other_documented_way_to_stop_is_one_of_the_ramps() {
         // The last rpm, rounded to none, takes up to half of 33 ms.
         assert!(count <= millis + 1 && count + 20 > millis, "{name}: {count} ms");
     }
-    let mut rig = Rig::with(Model::Ag03, DEFAULTS);
+    let mut rig = Rig::with(Model::Ag03, defaults());
     rig.stw(0x003b).travel(100_000).run(500).output_stage(false);
     assert_eq!(rig.state(), State::OperationEnabled(Motor::Released), "enable input of an AG03");
     assert!((470.0..=500.0).contains(&cycles(&mut rig)));

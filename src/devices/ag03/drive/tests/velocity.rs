@@ -5,7 +5,7 @@ use super::*;
 const ENABLED: State = State::OperationEnabled(Motor::InControl);
 
 fn enabled() -> Rig {
-    let mut rig = Rig::with(Model::Ag03_1, Settings { mode: Mode::Velocity, ..DEFAULTS });
+    let mut rig = Rig::with(Model::Ag03_1, defaults().with_mode(Mode::Velocity));
     rig.stw(0x000b);
     assert_eq!(rig.state(), ENABLED);
     rig
@@ -32,7 +32,7 @@ fn row_40_a_released_setpoint_is_reached_with_a_rot() {
 
 #[test]
 fn row_40_is_a_level_and_follows_enabling_by_itself() {
-    let mut rig = Rig::with(Model::Ag03_1, Settings { mode: Mode::Velocity, ..DEFAULTS });
+    let mut rig = Rig::with(Model::Ag03_1, defaults().with_mode(Mode::Velocity));
     rig.setpoint = -72;
     rig.stw(0x004b).run(1000);
     assert_eq!((rig.status().velocity, rig.drive.take_refusal()), (-72, None));
@@ -40,7 +40,7 @@ fn row_40_is_a_level_and_follows_enabling_by_itself() {
 
 #[test]
 fn row_40_without_enable_input_the_setpoint_is_refused() {
-    let mut rig = Rig::with(Model::Ag03, Settings { mode: Mode::Velocity, ..DEFAULTS });
+    let mut rig = Rig::with(Model::Ag03, defaults().with_mode(Mode::Velocity));
     rig.output_stage(false).stw(0x000b);
     rig.setpoint = 20;
     rig.stw(0x004b).run(10);
@@ -52,7 +52,7 @@ fn row_40_without_enable_input_the_setpoint_is_refused() {
 fn row_40_start_held_over_a_change_of_mode_does_not_turn_the_shaft() {
     let mut rig = Rig::enabled();
     rig.travel(0);
-    rig.settings.mode = Mode::Velocity;
+    rig.settings = rig.settings.with_mode(Mode::Velocity);
     rig.setpoint = 50;
     rig.run(100);
     assert_eq!((rig.state(), rig.status().moving), (ENABLED, false));
@@ -109,7 +109,7 @@ fn row_8_disabling_in_velocity_mode_brakes_hard() {
 #[test]
 fn limits_do_not_exist_in_velocity_mode() {
     let mut rig = turning(60);
-    rig.settings.limits = Limits::new(-1, 1);
+    rig.settings = rig.settings.with_limits(Limits::new(-1, 1));
     rig.stw(0x000b).run(600);
     assert!(!rig.status().above_upper_limit && rig.status().ready_to_travel);
 }
@@ -117,7 +117,7 @@ fn limits_do_not_exist_in_velocity_mode() {
 #[test]
 fn a_mode_written_while_the_shaft_turns_waits_for_standstill() {
     let mut rig = turning(60);
-    rig.settings.mode = Mode::Positioning;
+    rig.settings = rig.settings.with_mode(Mode::Positioning);
     rig.run(10);
     assert_eq!((rig.status().mode, rig.status().velocity), (Mode::Velocity, 60));
     rig.stw(0x000b).run(500);

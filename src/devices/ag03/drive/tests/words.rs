@@ -128,13 +128,13 @@ fn typical_words_of_the_positioning_mode() {
     assert_eq!(rig.travel(16_000).zsw(), 0x1b37);
     rig.until(State::OperationEnabled(Motor::InControl));
     assert_eq!(rig.zsw(), 0xbf37);
-    rig.settings.limits = Limits::new(-5, 5);
+    rig.settings = rig.settings.with_limits(Limits::new(-5, 5));
     assert_eq!(rig.run(1).zsw(), 0x7f37);
 }
 
 #[test]
 fn typical_words_of_the_velocity_mode() {
-    let mut rig = Rig::with(Model::Ag03_1, Settings { mode: Mode::Velocity, ..DEFAULTS });
+    let mut rig = Rig::with(Model::Ag03_1, defaults().with_mode(Mode::Velocity));
     assert_eq!(rig.run(1).zsw(), 0x3f23);
     assert_eq!(rig.stw(0x0002).zsw(), 0x3f33);
     assert_eq!(rig.stw(0x000b).zsw(), 0xbf37);
@@ -150,7 +150,7 @@ pub(super) fn in_every_state() -> Vec<Rig> {
     let mut keep = |rig: &Rig| rigs.push(rig.clone());
     for mode in [Mode::Positioning, Mode::Velocity] {
         for model in [Model::Ag03, Model::Ag03_1] {
-            let mut rig = Rig::with(model, Settings { mode, ..DEFAULTS });
+            let mut rig = Rig::with(model, defaults().with_mode(mode));
             keep(&rig);
             keep(rig.clone().output_stage(false));
             keep(rig.clone().inputs(|inputs| inputs.control_supply = 0.0));
@@ -169,19 +169,19 @@ pub(super) fn in_every_state() -> Vec<Rig> {
                 keep(rig.clone().stw(0x005b).run(1000));
                 keep(rig.clone().stw(0x006b));
                 let mut tripping = rig.clone();
-                tripping.settings.torque_deactivation = Some(100);
+                tripping.settings = tripping.settings.with_torque_deactivation(Some(100));
                 tripping
                     .inputs(|inputs| inputs.friction_torque = 4.1)
                     .inputs(|inputs| inputs.friction_torque = 0.0);
                 keep(&tripping);
                 keep(tripping.run(500));
-                let mut inching = Rig::with(model, DEFAULTS);
+                let mut inching = Rig::with(model, defaults());
                 inching.stw(0x000b);
                 keep(inching.clone().stw(0x010b).run(300));
                 keep(inching.clone().stw(0x010b).run(300).stw(0x000b));
                 keep(inching.clone().stw(0x020b).run(300));
                 keep(inching.clone().stw(0x820b).run(300));
-                let mut key = Rig::with(model, DEFAULTS);
+                let mut key = Rig::with(model, defaults());
                 key.connected = false;
                 key.run(1);
                 keep(key.inputs(|inputs| inputs.key_clockwise = true).run(300));
