@@ -28,16 +28,21 @@ pub(crate) fn check(data: &[u8]) {
         assert!((6..=244).contains(&description.max_diag_len));
         assert!(station.configuration(None).len() <= 244);
         for cfg in [configuration, station.configuration(None)] {
-            match station.modules(cfg) {
+            match station.modules(cfg, None) {
                 Ok(plugged) if gsd.modules.is_empty() => assert!(plugged.is_empty()),
                 Ok(plugged) => {
-                    let octets = plugged.iter().flat_map(|module| match module {
+                    let octets = plugged.iter().flat_map(|modules| match modules.first() {
                         Some(module) => gsd.modules[*module].identifiers.clone(),
                         None => vec![0],
                     });
                     assert_eq!(octets.collect::<Vec<_>>(), cfg);
-                    let modules: Vec<_> = plugged.iter().copied().flatten().collect();
-                    station.remarks(&gsd.default_user_prm(&modules), &plugged);
+                    let modules: Vec<_> =
+                        plugged.iter().filter_map(|modules| modules.first().copied()).collect();
+                    let user_prm = gsd.default_user_prm(&modules);
+                    station.remarks(cfg, &user_prm);
+                    // The user parameters decide between readings, they refuse none.
+                    assert!(station.modules(cfg, Some(&user_prm)).is_ok());
+                    assert!(station.modules(cfg, Some(configuration)).is_ok());
                 }
                 Err(refusal) => {
                     assert!(refusal.index <= cfg.len());

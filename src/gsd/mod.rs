@@ -9,6 +9,7 @@
 //! | `module.rs` | modules, slots |
 //! | `master.rs` | [`MasterGsd`]: the file of a master, as far as it limits what is configured |
 //! | `parameter.rs` | user parameters: fields, ranges, texts, the octets of Set_Prm |
+//! | `agreement.rs` | which modules the octets of Set_Prm can be those of |
 //! | `diagnosis.rs` | the texts of the diagnosis |
 //! | `hint.rs` | what is odd in a file, and what makes it useless |
 //! | `layout.rs` | where the octets of each module lie |
@@ -33,6 +34,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod agreement;
 mod diagnosis;
 mod hint;
 mod layout;
@@ -208,7 +210,7 @@ impl Gsd {
     ///
     /// More modules than Max_Module are a choice whatever Modular_Station says (G-03), and so are modules that have more
     /// octets together than the station.
-    pub(crate) fn is_modular(&self) -> bool {
+    pub fn is_modular(&self) -> bool {
         let too_many = |most: u16| self.modules.len() > usize::from(most.max(1));
         self.flags.modular || self.max_module.is_some_and(too_many) || self.are_alternatives()
     }

@@ -205,6 +205,15 @@ impl PrmPart {
         self.references.iter().filter_map(known)
     }
 
+    /// The bits that no parameter changes that the file has as changeable.
+    pub(super) fn constant_bits(&self, gsd: &Gsd) -> Vec<u8> {
+        let mut octets = vec![0xFF; self.extent(gsd)];
+        for (offset, parameter) in self.fields(gsd).filter(|(_, parameter)| parameter.changeable) {
+            parameter.field.write(&mut octets, offset, 0);
+        }
+        octets
+    }
+
     /// Constants, and over them the default of every parameter.
     pub(crate) fn default_octets(&self, gsd: &Gsd) -> Vec<u8> {
         let mut octets = vec![0; self.extent(gsd)];

@@ -195,7 +195,7 @@ impl Raised {
             }
         }
         let named = |slot: &u16| {
-            let name = placed(layout, *slot).map(|placed| placed.name(gsd)).unwrap_or_default();
+            let name = placed(layout, *slot).map_or_else(|_| String::new(), |placed| placed.name(gsd));
             format!("slot {slot} '{name}'")
         };
         words.extend(self.identifiers.iter().map(|slot| format!("{}: has a diagnosis", named(slot))));
@@ -339,7 +339,7 @@ mod tests {
 
     fn octets(raised: &Raised) -> Result<Vec<u8>, RaiseError> {
         let station = station(MODULAR);
-        let layout = station.layout(&[0x11, 0x10, 0x20, 0x11, 0x00, 0x11]);
+        let layout = station.layout(&[0x11, 0x10, 0x20, 0x11, 0x00, 0x11], None);
         raised.blocks(station.gsd(), &layout).map(|diagnosis| diagnosis.octets().to_vec())
     }
 
@@ -381,7 +381,7 @@ mod tests {
             not_valid: true,
         };
         let station = station(MODULAR);
-        let layout = station.layout(&[0x11, 0x10, 0x20]);
+        let layout = station.layout(&[0x11, 0x10, 0x20], None);
         assert_eq!(
             all.words(station.gsd(), &layout),
             [
@@ -403,7 +403,7 @@ mod tests {
             "#Profibus_DP\nIdent_Number=1\nDPV1_Slave=1\nUnit_Diag_Bit(24)=\"x\"\nModule=\"a\" 0x10\nEndModule\n",
         );
         let raised = Raised { bits: [24].into(), ..Raised::default() };
-        let diagnosis = raised.blocks(station.gsd(), &station.layout(&[0x10])).unwrap();
+        let diagnosis = raised.blocks(station.gsd(), &station.layout(&[0x10], None)).unwrap();
         assert_eq!(diagnosis.octets(), [0x05, 0xA1, 0, 0, 0x01]);
     }
 
@@ -414,7 +414,7 @@ mod tests {
              X_Value(0)=\"cold\"\nX_Value(3)=\"hot\"\nX_Unit_Diag_Area_End\nEndUnitDiagType\n\
              Module=\"a\" 0x10\nEndModule\n",
         );
-        let (gsd, layout) = (station.gsd(), station.layout(&[0x10]));
+        let (gsd, layout) = (station.gsd(), station.layout(&[0x10], None));
         let status = Status { bits: [24].into(), areas: [(28, 3)].into() };
         let raised = Raised { statuses: [(161, status.clone())].into(), ..Raised::default() };
         assert_eq!(raised.blocks(gsd, &layout).unwrap().octets(), [0x05, 0xA1, 0, 0, 0x31]);

@@ -6,7 +6,8 @@ use std::collections::VecDeque;
 
 use thiserror::Error;
 
-use super::split::{Plugged, fixed_presets, hex, slot_count, split};
+use super::agreement::{Agreement, UserPrm};
+use super::split::{Plugged, Reading, admits, fixed_presets, hex, slot_count, split};
 use super::{Gsd, Parameter, PrmPart};
 use crate::profibus::dp::application::Expected;
 use crate::profibus::dp::{Application, CfgSyntax, Description, IoLengths, Reason, Refusal};
@@ -113,7 +114,7 @@ pub struct Station {
     /// The configuration of a compact station, else what Get_Cfg reports at first (G-11).
     configuration: Vec<u8>,
     /// It has these modules and takes no other configuration.
-    plugged: bool,
+    plugged: Option<Vec<usize>>,
     /// The words of the last refusals, by number.
     said: RefCell<(u16, VecDeque<(u16, String)>)>,
 }
@@ -165,7 +166,7 @@ impl Station {
             default_prm,
             prm_lengths,
             configuration,
-            plugged: false,
+            plugged: None,
             said,
         })
     }
@@ -175,20 +176,23 @@ impl Station {
     ///
     /// # Errors
     /// [`NotPluggable`] if the file does not admit them.
-    pub(crate) fn plugged(mut self, modules: &[usize]) -> Result<Self, NotPluggable> {
-        let modules = modules.iter().filter_map(|place| self.gsd.modules.get(*place));
-        let configuration: Vec<u8> = modules.flat_map(|module| module.identifiers.clone()).collect();
-        if let Err(refusal) = self.modules(&configuration) {
+    pub fn plugged(mut self, modules: &[usize]) -> Result<Self, NotPluggable> {
+        let own = modules.iter().filter_map(|place| self.gsd.modules.get(*place));
+        let configuration: Vec<u8> = own.flat_map(|module| module.identifiers.clone()).collect();
+        if let Err(refusal) = self.modules(&configuration, None) {
             return Err(NotPluggable { words: self.words_of(&refusal) });
         }
+        if self.modular {
+            admits(&self.gsd, modules).map_err(|words| NotPluggable { words })?;
+            self.plugged = Some(modules.to_vec());
+        }
         self.configuration = configuration;
-        self.plugged = true;
         Ok(self)
     }
 
     /// Whether it takes one configuration only, which Get_Cfg reports.
     pub(crate) const fn is_fixed(&self) -> bool {
-        self.plugged || !self.modular
+        self.plugged.is_some() || !self.modular
     }
 
     /// The words of a refusal, while they are kept.
@@ -247,12 +251,17 @@ impl Station {
         bits
     }
 
-    /// The modules of a configuration that is accepted, slot by slot: places in [`Gsd::modules`], `None` for an empty
-    /// slot that the file does not have.
+    /// The modules of a configuration that is accepted, slot by slot: places in [`Gsd::modules`]. Modules with equal
+    /// identifiers are all there, unless the modules are plugged in by name or the user parameters are those of some of them
+    /// only; a slot without any is 00 that the file does not have.
     ///
     /// # Errors
     /// As [`Application::judge_cfg`], but for the user parameters.
-    pub fn modules(&self, configuration: &[u8]) -> Result<Plugged, Refusal> {
+    pub fn modules(&self, configuration: &[u8], user_prm: Option<&[u8]>) -> Result<Plugged, Refusal> {
+        self.read(configuration, user_prm).map(|reading| reading.plugged)
+    }
+
+    fn read(&self, configuration: &[u8], user_prm: Option<&[u8]>) -> Result<Reading, Refusal> {
         let refuse = |index: usize, expected: Expected, words: String| {
             self.refusal(index, expected, configuration.get(index).copied(), words)
         };
@@ -268,14 +277,16 @@ impl Station {
                 refuse(0, Expected::AsReasoned, format!("{got} octets in one direction, expected at most 244"))
             }
         })?;
+        let prm = user_prm.map(|octets| UserPrm { octets, start: self.part_len });
         if !self.modular && !self.gsd.modules.is_empty() {
-            return self.compact(configuration);
+            self.compact(configuration)?;
+            return Ok(Reading::of(&self.gsd, (0..self.gsd.modules.len()).collect(), prm));
         }
-        let plugged = if self.gsd.modules.is_empty() {
+        let reading = if self.gsd.modules.is_empty() {
             // G-09: whatever fits.
-            Vec::new()
+            Reading::of(&self.gsd, Vec::new(), prm)
         } else {
-            split(&self.gsd, self.policy.free_slots, configuration).map_err(|stuck| {
+            split(&self.gsd, self.policy.free_slots, configuration, prm).map_err(|stuck| {
                 let expected = stuck.expected.map_or(Expected::AsReasoned, Expected::Octet);
                 refuse(stuck.index, expected, stuck.words)
             })?
@@ -291,10 +302,11 @@ impl Station {
                 return Err(refuse(configuration.len(), Expected::AsReasoned, words));
             }
         }
-        if self.plugged && configuration != self.configuration {
-            return Err(self.otherwise_plugged(configuration));
+        match &self.plugged {
+            Some(_) if configuration != self.configuration => Err(self.otherwise_plugged(configuration)),
+            Some(modules) => Ok(Reading::of(&self.gsd, modules.clone(), prm)),
+            None => Ok(reading),
         }
-        Ok(plugged)
     }
 
     /// The refusal of a configuration that is not that of the modules plugged in.
@@ -302,7 +314,7 @@ impl Station {
         let agrees =
             configuration.iter().zip(&self.configuration).take_while(|(got, own)| got == own).count();
         let expected = self.configuration.get(agrees).map_or(Expected::End, |octet| Expected::Octet(*octet));
-        let layout = self.layout(&self.configuration);
+        let layout = self.layout(&self.configuration, None);
         let words = match layout.iter().find(|placed| placed.octets.contains(&agrees)) {
             Some(placed) => {
                 format!("module '{}' is plugged in slot {}", placed.name(&self.gsd), placed.slot.number)
@@ -312,20 +324,9 @@ impl Station {
         self.refusal(agrees, expected, configuration.get(agrees).copied(), words)
     }
 
-    /// The modules of a configuration; `None` if it is not accepted. Says no words.
-    pub(super) fn split(&self, configuration: &[u8]) -> Option<Plugged> {
-        if self.gsd.modules.is_empty() {
-            return Some(Vec::new());
-        }
-        if self.modular {
-            return split(&self.gsd, self.policy.free_slots, configuration).ok();
-        }
-        (configuration == self.configuration).then(|| (0..self.gsd.modules.len()).map(Some).collect())
-    }
-
-    fn compact(&self, configuration: &[u8]) -> Result<Plugged, Refusal> {
+    fn compact(&self, configuration: &[u8]) -> Result<(), Refusal> {
         if configuration == self.configuration {
-            return Ok((0..self.gsd.modules.len()).map(Some).collect());
+            return Ok(());
         }
         let agrees =
             configuration.iter().zip(&self.configuration).take_while(|(got, own)| got == own).count();
@@ -346,26 +347,37 @@ impl Station {
         Err(self.refusal(agrees, expected, configuration.get(agrees).copied(), words))
     }
 
-    /// What is odd in user parameters that are accepted, for these modules: values out of range, a length that is not
-    /// that of the modules, services that are not emulated.
-    pub fn remarks(&self, user_prm: &[u8], modules: &[Option<usize>]) -> Vec<String> {
+    /// What is odd in user parameters that are accepted, for the modules of this configuration: values out of range, a length
+    /// that is not that of the modules, services that are not emulated. What is right for one reading is not odd.
+    pub fn remarks(&self, configuration: &[u8], user_prm: &[u8]) -> Vec<String> {
         let mut remarks = Vec::new();
         self.wrong_values(&self.part, 0, user_prm, None, |_, words| remarks.push(words));
-        let mut start = self.part_len;
-        for module in modules.iter().flatten().filter_map(|module| self.gsd.modules.get(*module)) {
-            self.wrong_values(&module.prm, start, user_prm, Some(&module.name), |_, words| {
-                remarks.push(words)
-            });
-            start += module.prm.extent(&self.gsd);
-        }
-        if start != user_prm.len() && self.part_len != user_prm.len() {
-            let got = user_prm.len();
-            remarks.push(format!("{got} octets of user parameters, the modules have {start}"));
+        if let Ok(reading) = self.read(configuration, Some(user_prm)) {
+            let len = self.part_len + reading.extent(&self.gsd);
+            match reading.agreement {
+                Agreement::Open if ![len, self.part_len].contains(&user_prm.len()) => {
+                    let got = user_prm.len();
+                    remarks.push(format!("{got} octets of user parameters, the modules have {len}"));
+                }
+                Agreement::Open | Agreement::Values | Agreement::Constants => {}
+                Agreement::Length => {
+                    self.wrong_in_modules(&reading, user_prm, |_, words| remarks.push(words));
+                }
+            }
         }
         if self.gsd.flags.dpv1 && user_prm.get(1).is_some_and(|status| *status & 0xFE != 0) {
             remarks.push("the master enables alarms (DPV1_Status_2); none is emulated".to_owned());
         }
         remarks
+    }
+
+    /// The values out of their ranges in the parts of the modules of one reading.
+    fn wrong_in_modules(&self, reading: &Reading, user_prm: &[u8], mut each: impl FnMut(usize, String)) {
+        let mut start = self.part_len;
+        for module in reading.modules(&self.gsd) {
+            self.wrong_values(&module.prm, start, user_prm, Some(&module.name), &mut each);
+            start += module.prm.extent(&self.gsd);
+        }
     }
 
     /// Calls `each` with the octet and words of every value of a part that is out of its range.
@@ -385,18 +397,6 @@ impl Station {
                 each(start + offset, format!("parameter '{name}'{of} is {got}, expected {allowed}"));
             }
         }
-    }
-
-    fn first_wrong_value(
-        &self,
-        part: &PrmPart,
-        start: usize,
-        prm: &[u8],
-        module: Option<&str>,
-    ) -> Option<(usize, String)> {
-        let mut first = None;
-        self.wrong_values(part, start, prm, module, |octet, words| _ = first.get_or_insert((octet, words)));
-        first
     }
 
     fn judge_blocks(&self, user_prm: &[u8]) -> Result<(), Refusal> {
@@ -433,36 +433,34 @@ impl Station {
 impl Application for Station {
     fn judge_prm(&self, user_prm: &[u8]) -> Result<(), Refusal> {
         self.judge_blocks(user_prm)?;
-        if self.policy.refuse_values
-            && let Some((index, words)) = self.first_wrong_value(&self.part, 0, user_prm, None)
-        {
-            return Err(self.refusal(index, Expected::AsReasoned, user_prm.get(index).copied(), words));
+        let mut wrong = None;
+        if self.policy.refuse_values {
+            self.wrong_values(&self.part, 0, user_prm, None, |octet, words| {
+                _ = wrong.get_or_insert((octet, words))
+            });
         }
-        Ok(())
+        wrong.map_or(Ok(()), |(index, words)| {
+            Err(self.refusal(index, Expected::AsReasoned, user_prm.get(index).copied(), words))
+        })
     }
 
     fn judge_cfg(&self, configuration: &[u8], user_prm: &[u8]) -> Result<(), Refusal> {
-        let modules = self.modules(configuration)?;
-        let refuse =
-            |words: String| self.refusal(0, Expected::AsReasoned, configuration.first().copied(), words);
-        let mut start = self.part_len;
-        for module in modules.iter().flatten().filter_map(|module| self.gsd.modules.get(*module)) {
-            if self.policy.refuse_values
-                && let Some((_, words)) =
-                    self.first_wrong_value(&module.prm, start, user_prm, Some(&module.name))
-            {
-                return Err(refuse(words));
+        let reading = self.read(configuration, Some(user_prm))?;
+        let mut wrong = None;
+        match reading.agreement {
+            Agreement::Open if self.policy.refuse_prm_length => {
+                let (got, len) = (user_prm.len(), self.part_len + reading.extent(&self.gsd));
+                wrong =
+                    Some(format!("Set_Prm had {got} octets of user parameters, these modules have {len}"));
             }
-            start += module.prm.extent(&self.gsd);
+            Agreement::Length if self.policy.refuse_values => {
+                self.wrong_in_modules(&reading, user_prm, |_, words| _ = wrong.get_or_insert(words));
+            }
+            Agreement::Open | Agreement::Length | Agreement::Values | Agreement::Constants => {}
         }
-        if self.policy.refuse_prm_length && start != user_prm.len() {
-            let words = format!(
-                "Set_Prm had {} octets of user parameters, these modules have {start}",
-                user_prm.len()
-            );
-            return Err(refuse(words));
-        }
-        Ok(())
+        wrong.map_or(Ok(()), |words| {
+            Err(self.refusal(0, Expected::AsReasoned, configuration.first().copied(), words))
+        })
     }
 
     fn configuration<'a>(&'a self, accepted: Option<&'a [u8]>) -> &'a [u8] {

@@ -4,6 +4,8 @@
 //! outputs ──▶ processes ──▶ inputs ──▶ forced bits over them ──▶ slave
 //! ```
 
+use std::collections::BTreeMap;
+
 use super::fault::{Condition, Switch};
 use super::refusals::Refusals;
 use super::state_dir::Images;
@@ -55,6 +57,8 @@ pub struct GsdStation {
     outputs_are: OutputsAre,
     raised: Raised,
     refusals: Refusals,
+    /// The names that a module may have, with their slots, as they were told.
+    open: BTreeMap<String, Vec<String>>,
     board: Option<OutputBoard>,
     watched: Vec<(Point, Condition, Switch)>,
     image: Option<KeptImage>,
@@ -83,11 +87,12 @@ impl GsdStation {
             outputs_are: OutputsAre::Unowned,
             raised: Raised::default(),
             refusals,
+            open: BTreeMap::new(),
             board: None,
             watched: Vec::new(),
             image: None,
         };
-        this.lay_out();
+        this.lay_out(false);
         this
     }
 
@@ -237,8 +242,10 @@ impl GsdStation {
 
     /// The modules are those of the configuration that the slave reports now. What was forced in other octets means
     /// nothing any more.
-    fn lay_out(&mut self) {
-        let layout = self.slave().application().layout(self.slave().configuration());
+    fn lay_out(&mut self, parameterised: bool) {
+        let slave = self.slave();
+        let user_prm = parameterised.then(|| slave.user_prm());
+        let layout = slave.application().layout(slave.configuration(), user_prm);
         self.seen = None;
         if layout == self.layout {
             return;
@@ -256,6 +263,24 @@ impl GsdStation {
         }
         self.station.file_diagnosis(&blocks.unwrap_or(dp::ExtDiag::NONE));
         self.offer();
+    }
+
+    /// Tells the modules that the master's octets leave open, once for each of its projects.
+    fn tell_open(&mut self) {
+        let mut open = BTreeMap::<String, Vec<String>>::new();
+        for placed in self.layout.iter().filter(|placed| placed.names(self.gsd()).len() > 1) {
+            open.entry(placed.name(self.gsd())).or_default().push(placed.slot.number.to_string());
+        }
+        if open != self.open {
+            for (names, slots) in &open {
+                let (s, slots) = (if slots.len() == 1 { "" } else { "s" }, slots.join(", "));
+                let address = self.station.address();
+                tracing::info!(
+                    "station {address}: slot{s} {slots}: the module is {names}: Set_Prm and Chk_Cfg do not tell them apart; modules = [...] names it"
+                );
+            }
+        }
+        self.open = open;
     }
 
     /// Runs the processes that are due, and all of them when outputs have come.
@@ -325,10 +350,10 @@ impl GsdStation {
             | dp::Event::ApplicationAborted { .. } => self.outputs_are = OutputsAre::Unowned,
             dp::Event::DataExchange { .. } => {
                 self.outputs_are = OutputsAre::Live;
-                self.lay_out();
-                let station = self.slave().application();
-                let modules: Vec<_> = self.layout.iter().map(|placed| placed.module).collect();
-                for remark in station.remarks(self.slave().user_prm(), &modules) {
+                self.lay_out(true);
+                self.tell_open();
+                let slave = self.slave();
+                for remark in slave.application().remarks(slave.configuration(), slave.user_prm()) {
                     tracing::warn!("station {}: {remark}", self.station.address());
                 }
             }

@@ -32,6 +32,17 @@ pub(super) struct Texts {
     possible: Possible,
     /// The modules of the file by name.
     modules: Vec<String>,
+    /// The slots of the configuration in force.
+    slots: Vec<SlotNames>,
+}
+
+/// Which module is in a slot.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
+pub(super) struct SlotNames {
+    slot: u16,
+    /// Its name; several: Set_Prm and Chk_Cfg do not tell these modules apart; none: an empty slot.
+    names: Vec<String>,
 }
 
 /// The station has no modules.
@@ -51,9 +62,14 @@ fn bus(lent: &mut dyn OnLine, address: u8) -> Result<&mut Bus, Problem> {
 pub(super) async fn texts(place: Place) -> Result<Json<Texts>, Problem> {
     let texts = place.ask(|lent, address| {
         let station = bus(lent, address)?.modules(Address::from_octet(address));
-        let gsd = station.ok_or_else(|| missing(address))?.gsd();
+        let station = station.ok_or_else(|| missing(address))?;
+        let gsd = station.gsd();
         let modules = gsd.modules.iter().map(|module| module.name.clone()).collect();
-        Ok(Json(Texts { possible: Possible::of(gsd), modules }))
+        let slots = station.layout().iter().map(|placed| SlotNames {
+            slot: placed.slot.number,
+            names: placed.names(gsd).into_iter().map(str::to_owned).collect(),
+        });
+        Ok(Json(Texts { possible: Possible::of(gsd), modules, slots: slots.collect() }))
     });
     texts.await
 }

@@ -52,6 +52,34 @@ fn inputs_are_forced_and_read_by_slot_or_name_and_type() {
 }
 
 #[test]
+fn a_module_is_found_by_the_name_that_the_user_gave_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let gsd = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/gsd/twins.gsd");
+    let file = folder.path().join("line.toml");
+    let text = format!(
+        "[[line]]\nlink = 'pty:bus'\npanel = '127.0.0.1:0'\n\
+         [[line.station]]\naddress = 7\ngsd = '{gsd}'\nmodules = ['range', 'out']\n\
+         [[line.station]]\naddress = 8\ngsd = '{gsd}'\n"
+    );
+    std::fs::write(&file, text).unwrap();
+    let emulator = Emulator::of_file(file.to_str().unwrap());
+    let texts = emulator.get("/api/v1/stations/7/texts");
+    let named = json!([{ "slot": 1, "names": ["range"] }, { "slot": 2, "names": ["out"] }]);
+    assert_eq!(texts["slots"], named);
+    assert_eq!(emulator.get("/api/v1/stations/7")["process"][0]["name"], "Slot 1: range");
+    assert_eq!(emulator.get("/api/v1/stations/7/inputs/range/0/unsigned8")["value"], 0.0);
+    // Six modules have these octets, and no master has sent its parameters.
+    let open = emulator.get("/api/v1/stations/8/texts");
+    let names = ["plain", "plain HF", "filter", "range", "other", "keyed"];
+    assert_eq!(open["slots"], json!([{ "slot": 1, "names": names }]));
+    let name = "Slot 1: plain, plain HF, filter, range or one of 2 more";
+    assert_eq!(emulator.get("/api/v1/stations/8")["process"][0]["name"], name);
+    assert_eq!(emulator.get("/api/v1/stations/8/inputs/keyed/0/unsigned8")["value"], 0.0);
+    let missing = emulator.request("GET", "/api/v1/stations/7/inputs/filter/0/unsigned8", "", "");
+    assert_eq!(missing.status, 404, "another one is named");
+}
+
+#[test]
 fn a_diagnosis_is_raised_and_ended() {
     let emulator = emulator();
     let wanted = json!({

@@ -138,9 +138,9 @@ fn case_3_every_split_into_modules_is_found() {
     );
     configurations(&gsd, Policy::STRICT, &[(&[0x00, 0x11], "CF"), (&[0x11, 0x21, 0x10], "ok")]);
     let station = Station::new(gsd, Policy::PROPOSED).unwrap();
-    assert_eq!(station.modules(&[0x11, 0x21, 0x10]), Ok(vec![Some(0), Some(2)]));
-    assert_eq!(station.modules(&[0x11, 0x21]), Ok(vec![Some(1)]), "G-07: the longest first");
-    assert_eq!(station.modules(&[0x00, 0x11]), Ok(vec![None, Some(0)]));
+    assert_eq!(station.modules(&[0x11, 0x21, 0x10], None), Ok(vec![vec![0], vec![2]]));
+    assert_eq!(station.modules(&[0x11, 0x21, 0x11], None).unwrap()[0], [1], "G-07: the longest first");
+    assert_eq!(station.modules(&[0x00, 0x11], None), Ok(vec![vec![], vec![0]]));
 }
 
 #[test]
@@ -216,7 +216,7 @@ fn case_7_parameters_are_bits_of_octets_with_ranges() {
     };
     assert!(words.ends_with("Set_Prm octet 10: 0x00: parameter 'Offset' is 11, expected -10..10"), "{words}");
     let station = Station::new(gsd.clone(), Policy::PROPOSED).unwrap();
-    let remarks = station.remarks(&[0x80, 0x59, 0x00, 0x0B], &[Some(0)]);
+    let remarks = station.remarks(&[0x10], &[0x80, 0x59, 0x00, 0x0B]);
     assert_eq!(remarks, ["parameter 'Offset' is 11, expected -10..10"]);
 }
 
@@ -234,7 +234,7 @@ fn case_8_the_parameters_of_modules_follow_those_of_the_station() {
     assert_eq!(judged(&gsd, Policy::PROPOSED, &[0xC4, 0, 0], &[0x20]), "ok");
     assert_eq!(judged(&gsd, Policy::PROPOSED, &[0x80, 0, 8], &[0x20]), "PF");
     let station = Station::new(gsd, Policy::PROPOSED).unwrap();
-    assert_eq!(station.remarks(&user_prm, &[Some(0)]), ["7 octets of user parameters, the modules have 5"]);
+    assert_eq!(station.remarks(&[0x10], &user_prm), ["7 octets of user parameters, the modules have 5"]);
 }
 
 #[test]
@@ -383,12 +383,13 @@ fn every_file_of_ours_is_read_without_a_warning_and_brought_up_with_its_defaults
         if gsd.model == "Slots" {
             cfg = vec![0x10, 0x30];
         }
-        let modules: Vec<_> = station.modules(&cfg).unwrap().into_iter().flatten().collect();
+        let plugged = station.modules(&cfg, None).unwrap();
+        let modules: Vec<_> = plugged.iter().filter_map(|modules| modules.first().copied()).collect();
         let user_prm = gsd.default_user_prm(&modules);
         assert_eq!(verdict(&gsd, Policy::STRICT, &user_prm, &cfg), Verdict::Ok, "{}", path.display());
     }
     revisions.sort_unstable();
-    assert_eq!(revisions, [1, 2, 3, 3, 4, 4, 5, 5]);
+    assert_eq!(revisions, [1, 2, 3, 3, 3, 4, 4, 5, 5]);
 }
 
 #[test]
@@ -454,14 +455,14 @@ fn a_keyword_that_is_nearly_one_is_asked_about() {
 fn a_layout_tells_slots_octets_and_identifiers() {
     let gsd = Gsd::read(include_bytes!("../gsd/modular.gsd")).unwrap();
     let station = Station::new(gsd, Policy::PROPOSED).unwrap();
-    let layout = station.layout(&[0x21, 0x10, 0x00, 0x11, 0x11, 0x21]);
+    let layout = station.layout(&[0x21, 0x10, 0x00, 0x11, 0x11, 0x21], None);
     let rows: Vec<_> = layout
         .iter()
         .map(|placed| {
             let slot = &placed.slot;
             (
                 slot.number,
-                placed.name(station.gsd()),
+                placed.names(station.gsd())[0],
                 placed.identifiers.clone(),
                 slot.inputs.clone(),
                 slot.outputs.clone(),
@@ -477,5 +478,5 @@ fn a_layout_tells_slots_octets_and_identifiers() {
             (4, "2 in, 2 out", 4..6, 3..5, 2..4),
         ]
     );
-    assert!(station.layout(&[0x20]).is_empty());
+    assert!(station.layout(&[0x20], None).is_empty());
 }

@@ -71,6 +71,8 @@ mod fuzz_corpus;
 mod generic_slave;
 mod gsd;
 #[cfg(feature = "std")]
+mod gsd_modules;
+#[cfg(feature = "std")]
 mod gsd_station;
 mod hints;
 mod layers;

@@ -82,7 +82,7 @@ pub(super) fn check(
     if !station.is_fixed() {
         return Ok(());
     }
-    let layout = station.layout(Application::configuration(station, None));
+    let layout = station.layout(Application::configuration(station, None), None);
     let Some(placed) = layout.iter().find(|placed| placed.slot.number == point.slot) else {
         let ends = layout.first().zip(layout.last());
         let ends =

@@ -115,7 +115,8 @@ fn of_gsd(file: &Path, kind: PpoType) -> Result<Slave, Failure> {
             file.display()
         ))
     })?;
-    let modules: Vec<usize> = station.modules(&configuration).ok().into_iter().flatten().flatten().collect();
+    let plugged = station.modules(&configuration, None).unwrap_or_default();
+    let modules: Vec<usize> = plugged.iter().filter_map(|modules| modules.first().copied()).collect();
     let user_prm = station.gsd().default_user_prm(&modules);
     let (sync_mode, freeze_mode) = (station.gsd().flags.sync, station.gsd().flags.freeze);
     let ident = station.gsd().ident;

@@ -139,7 +139,8 @@ impl OfValue {
         {
             return Ok(number);
         }
-        let mut named = layout.iter().filter(|placed| placed.name(gsd) == wanted);
+        let is_named = |placed: &&Placed| placed.name(gsd) == wanted || placed.names(gsd).contains(&wanted);
+        let mut named = layout.iter().filter(is_named);
         match (named.next(), named.next()) {
             (Some(placed), None) => Ok(placed.slot.number),
             (Some(first), Some(second)) => Err(Problem::conflict(format!(
@@ -147,7 +148,7 @@ impl OfValue {
                 first.slot.number, second.slot.number
             ))),
             (None, _) => {
-                let names = layout.iter().map(|placed| placed.name(gsd));
+                let names = layout.iter().flat_map(|placed| placed.names(gsd));
                 let hint = crate::gsd::did_you_mean(wanted, names)
                     .map_or_else(String::new, |near| format!("; did you mean '{near}'?"));
                 let slots: Vec<_> = layout
