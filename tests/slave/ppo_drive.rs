@@ -5,8 +5,8 @@ use profidrive::client::{
 };
 use profidrive::devices::ag03::param::{Pnu, Subindex, Value};
 use profidrive::devices::ppo_drive::State;
-use profidrive::devices::ppo_drive::profibus::{CONFIGURATIONS, IDENT_NUMBER, PpoDrive, PpoOnly};
-use profidrive::devices::ppo_drive::table::Table;
+use profidrive::devices::ppo_drive::profibus::{CONFIGURATIONS, Family, IDENT_NUMBER, PpoDrive, PpoOnly};
+use profidrive::devices::ppo_drive::table::{Fields, Row, Table};
 use profidrive::profibus::dp::{Description, Fixed, State as DpState};
 use profidrive::profibus::fdl::telegram::{Decoded, decode};
 use profidrive::profibus::fdl::{
@@ -173,6 +173,48 @@ fn another_ppo_than_the_one_it_is_set_to_is_refused_with_its_cure() {
     assert_eq!(rig.drive.slave().state(), DpState::WaitPrm);
     let said = rig.said.join("\n");
     assert!(said.contains("choose the PPO it was started with"), "{said}");
+}
+
+#[test]
+fn pages_and_sub_indexes_are_those_of_the_family() {
+    let array = |line, pnu: &'static str, default| {
+        let fields =
+            [("pnu", pnu), ("name", "array"), ("type", "uint16"), ("elements", "3"), ("default", default)];
+        Row::of(&Fields::new(line, fields)).unwrap()
+    };
+    let rows = || {
+        [
+            array(1, "700", "1 2 3"),
+            array(2, "856", "4 5 6"),
+            array(3, "2700", "7 8 9"),
+            array(4, "2856", "10 11 12"),
+        ]
+    };
+    // PKE and IND of the job, then PKE and value of the reply.
+    let asked = |family, pke: u16, ind: u16, pwe: u16| {
+        let mut rig = Rig::started(PpoType::Ppo1, Table::new(rows()).unwrap());
+        rig.drive = rig.drive.of_family(family);
+        let words = [pke, ind, 0, pwe];
+        let octets: Vec<u8> = words.iter().flat_map(|word| word.to_be_bytes()).collect();
+        let reply = rig.exchange(20, Pkw::from_octets(octets.try_into().unwrap()), &[OFF1, 0]);
+        let untouched = rig.drive.read_parameter(856, Some(3)).unwrap().bits() == 6;
+        (u16::from_be_bytes([reply[0], reply[1]]), u16::from_be_bytes([reply[6], reply[7]]), untouched)
+    };
+    let (read, write) = (0x6000, 0x7000);
+    for (family, pke, ind, pwe, expected) in [
+        (Family::Micromaster, read | 700, 0x0200, 0, (0x42BC, 3, true)),
+        (Family::Micromaster, read | 700, 0x0280, 0, (0x42BC, 9, true)),
+        (Family::Micromaster, write | 856, 0x0280, 77, (0x4358, 77, true)),
+        (Family::Micromaster, read | 700, 0x0300, 0, (0x72BC, 3, true)),
+        (Family::Micromaster, read | 700, 0x0290, 0, (0x72BC, 0, true)),
+        (Family::Profile, read | 700, 0x0200, 0, (0x42BC, 2, true)),
+        (Family::Profile, write | 856, 0x0380, 77, (0x7358, 0, true)),
+        (Family::Profile, write | 856, 0x0300, 77, (0x4358, 77, false)),
+        (Family::Simodrive611u, read | 700, 0x0002, 0, (0x42BC, 3, true)),
+        (Family::Simodrive611u, read | 700, 0x0300, 0, (0x42BC, 1, true)),
+    ] {
+        assert_eq!(asked(family, pke, ind, pwe), expected, "{family:?} {pke:04X} {ind:04X}");
+    }
 }
 
 #[cfg(feature = "parameters")]

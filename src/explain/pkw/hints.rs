@@ -111,6 +111,7 @@ fn refusal(pkw: Pkw) -> Option<(ErrorNumber, String)> {
     let standard = match refusal.cause {
         JobError::UnknownParameter { .. } => standard_name(job.pke.pnu()),
         JobError::UnknownJob(_)
+        | JobError::NoPage { .. }
         | JobError::NoDescription
         | JobError::DescriptionReadOnly
         | JobError::WriteOnly

@@ -69,6 +69,12 @@ pub static DEVICES: &[Device] = &[
             ),
             Choice::of("gsd", Takes::File(&[]), "The device file of the drive."),
             Choice::of(
+                "family",
+                Takes::OneOf(&["profile", "micromaster", "611u"], None),
+                "How parameters are numbered on the bus: micromaster has sub-indexes from 0 and pages of 2000, 611u \
+                 sub-indexes from 0 in the low octet of IND. Unless given, that of the model in the GSD, else profile.",
+            ),
+            Choice::of(
                 "parameters",
                 Takes::File(&["toml", "csv"]),
                 "The table of its parameters, .toml or .csv.",

@@ -10,7 +10,7 @@ use thiserror::Error;
 use super::{Choice, Choices, Group, QuirkRow, Spec, Wrong, named};
 use crate::devices::ag03::param::{self, Access, Model, Pnu, Value, Width};
 use crate::devices::ag03::profibus::{Config, Device, Gear, QUIRKS};
-use crate::devices::ppo_drive::profibus::{CONFIGURATIONS, IDENT_NUMBER, PpoDrive, PpoOnly, ppo_of};
+use crate::devices::ppo_drive::profibus::{CONFIGURATIONS, Family, IDENT_NUMBER, PpoDrive, PpoOnly, ppo_of};
 use crate::devices::ppo_drive::table::{Row, Table};
 use crate::devices::ppo_drive::{Drive, Settings};
 use crate::gsd::{Gsd, Level, MAX_FILE_LEN, Policy, ReadError, Station, did_you_mean};
@@ -280,18 +280,38 @@ pub(super) fn ppo_drive(spec: &Spec) -> Result<Prepared, Wrong> {
             (description, PpoJudge::Profile(Fixed { configurations, ..Fixed::PLAIN }))
         }
     };
+    let model = match &inner {
+        PpoJudge::Gsd(station) => station.gsd().model.as_str(),
+        PpoJudge::Profile(_) => "",
+    };
+    let family = choices.word("family").and_then(Family::named).unwrap_or_else(|| Family::of_model(model));
     let table = table(choices)?;
+    if let Some(row) = table.rows().find(|row| row.pnu > family.highest()) {
+        let words = format!(
+            "PNU {} {}: no job can name it, the highest is {}; family=micromaster has parameters to {}",
+            row.pnu,
+            row.name,
+            family.highest(),
+            Family::Micromaster.highest()
+        );
+        return Err(Wrong::at("parameters", words));
+    }
     let address = spec.address();
     let ppo = only.map_or_else(|| "PPO 1 to 5".into(), |kind| kind.to_string());
+    let of_family = match family {
+        Family::Profile => "",
+        Family::Micromaster => ", parameters as in MICROMASTER",
+        Family::Simodrive611u => ", parameters as in SIMODRIVE 611U",
+    };
     let about = format!(
-        "drive of PROFIDRIVE version 2, {ppo}, ident 0x{:04X}, at address {address}",
+        "drive of PROFIDRIVE version 2, {ppo}, ident 0x{:04X}{of_family}, at address {address}",
         description.ident
     );
     Ok(Prepared::new(about, move |ground, _| {
         let what = (description, PpoOnly { inner, only });
         let drive = PpoDrive::new(address, ground.rate, what, table, ground.now);
         let drive = drive.map_err(|row| MakeError::Refused(default_refused(&row)))?;
-        let hosted = HostedPpoDrive::new(drive, ground.refusals.clone());
+        let hosted = HostedPpoDrive::new(drive.of_family(family), ground.refusals.clone());
         Ok(match ground.state {
             Some(state) => Box::new(hosted.kept_in(state, ground.now)?),
             None => Box::new(hosted),

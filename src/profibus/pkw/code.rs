@@ -33,6 +33,12 @@ pub enum JobError {
         /// The number asked for.
         got: u16,
     },
+    /// The octet of IND that some families have for pages is not one of this drive.
+    #[error("the low octet of IND is {got:02X}: this drive has no such page of parameters")]
+    NoPage {
+        /// The octet.
+        got: u8,
+    },
     /// The parameter can only be read.
     #[error("the parameter is read-only")]
     ReadOnly,
@@ -209,7 +215,7 @@ impl From<JobError> for ErrorNumber {
             JobError::UnknownJob(_) | JobError::WriteOnly | JobError::NotStored => Self::Other,
             JobError::NoDescription => Self::NoDescription,
             JobError::DescriptionReadOnly => Self::DescriptionNotChangeable,
-            JobError::UnknownParameter { .. } => Self::IllegalParameterNumber,
+            JobError::UnknownParameter { .. } | JobError::NoPage { .. } => Self::IllegalParameterNumber,
             JobError::ReadOnly => Self::NotChangeable,
             JobError::OutOfRange { .. } | JobError::Outside { .. } => Self::LimitExceeded,
             JobError::NameTooLong => Self::NameNotReadable,

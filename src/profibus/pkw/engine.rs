@@ -17,6 +17,34 @@ pub struct Config {
     pub subindex: SubindexOctet,
     /// Job 1 on an array reads the element in IND instead of being refused (C-16).
     pub read_element_by_plain_job: bool,
+    /// What the other octet of IND means.
+    pub pages: Pages,
+    /// A sub-index counts from 0 on the bus, and from 1 in the table.
+    pub from_zero: bool,
+}
+
+/// What the octet of IND without the sub-index means (`profidrive-v2.md` 2).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Pages {
+    /// Nothing: it is not looked at.
+    #[default]
+    Ignored,
+    /// Nothing: a job in which it is not 0 means a parameter of another drive, and is refused.
+    None,
+    /// Bit 7 of the low octet: the parameters from 2000 on.
+    Of2000,
+}
+
+impl Pages {
+    /// The parameter that a job names.
+    const fn parameter(self, job: Pkw) -> Result<u16, JobError> {
+        let (pnu, page) = (job.pke.pnu(), job.ind.low_octet());
+        match (self, page) {
+            (Self::Ignored, _) | (Self::None | Self::Of2000, 0) => Ok(pnu),
+            (Self::Of2000, 0x80) => Ok(pnu.saturating_add(2000)),
+            (Self::None | Self::Of2000, got) => Err(JobError::NoPage { got }),
+        }
+    }
 }
 
 /// Which octet of IND carries the sub-index (`ag03.md` C-14).
@@ -95,6 +123,8 @@ pub struct Outcome {
 pub struct Refusal {
     /// The job as the master sent it.
     pub job: Pkw,
+    /// The parameter that it names.
+    pub pnu: u16,
     /// What the master is told.
     pub number: ErrorNumber,
     /// What is wrong, with the values expected and found.
@@ -103,8 +133,8 @@ pub struct Refusal {
 
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { job, number, cause } = self;
-        write!(f, "job {job} ({}, PNU {}) refused with {number}: {cause}", job.pke.job(), job.pke.pnu())
+        let Self { job, pnu, number, cause } = self;
+        write!(f, "job {job} ({}, PNU {pnu}) refused with {number}: {cause}", job.pke.job())
     }
 }
 
@@ -134,7 +164,7 @@ impl Engine {
     #[must_use]
     pub fn store_failed(&mut self) -> Option<Refusal> {
         let (job, _) = self.held()?;
-        let (reply, refusal) = refuse(job, JobError::NotStored);
+        let (reply, refusal) = self.refuse(job, JobError::NotStored);
         self.state = State::Stored { job, reply };
         Some(refusal)
     }
@@ -199,7 +229,7 @@ impl Engine {
             Ok(Done::Reading(reply)) => (State::Reading { job, reply }, unchanged(reply)),
             Ok(Done::Storing(reply)) => (State::Storing { job, reply, previous }, unchanged(previous)),
             Err(cause) => {
-                let (reply, refusal) = refuse(job, cause);
+                let (reply, refusal) = self.refuse(job, cause);
                 (State::Answered { job, reply }, Outcome { reply, refusal: Some(refusal) })
             }
         };
@@ -209,33 +239,56 @@ impl Engine {
 
     /// Executes a job (`ag03.md` 2.2, manual table 8).
     fn execute(&self, job: Pkw, table: &mut impl Parameters) -> Result<Done, JobError> {
-        let pnu = job.pke.pnu();
-        let element = Some(self.config.subindex.subindex(job.ind));
+        let subindex = self.config.subindex.subindex(job.ind);
+        let element = Some(if self.config.from_zero { subindex.saturating_add(1) } else { subindex });
         let word = Value::Word(job.word());
         let double = Value::Double(job.double_word());
+        if job.pke.job() == JobId::NoJob {
+            return Ok(Done::Answer(Pkw::ZERO));
+        }
+        let pnu = self.config.pages.parameter(job)?;
         match job.pke.job() {
             JobId::NoJob => Ok(Done::Answer(Pkw::ZERO)),
             JobId::Read => {
                 let by_element =
                     self.config.read_element_by_plain_job && matches!(table.elements(pnu), Ok(Some(_)));
-                read(job, element.filter(|_| by_element), table)
+                read((job, pnu), element.filter(|_| by_element), table)
             }
-            JobId::WriteWord => write(job, None, word, table),
-            JobId::WriteDoubleWord => write(job, None, double, table),
+            JobId::WriteWord => write((job, pnu), None, word, table),
+            JobId::WriteDoubleWord => write((job, pnu), None, double, table),
             JobId::ReadDescription => {
-                let described = table.describe(pnu, self.config.subindex.subindex(job.ind))?;
+                let described = table.describe(pnu, subindex)?;
                 Ok(Done::Answer(answer(job, ReplyId::Description, described)))
             }
             JobId::WriteDescription => table.elements(pnu).and(Err(JobError::DescriptionReadOnly)),
-            JobId::ReadElement => read(job, element, table),
-            JobId::WriteElementWord => write(job, element, word, table),
-            JobId::WriteElementDoubleWord => write(job, element, double, table),
+            JobId::ReadElement => self.in_array(subindex, read((job, pnu), element, table)),
+            JobId::WriteElementWord => self.in_array(subindex, write((job, pnu), element, word, table)),
+            JobId::WriteElementDoubleWord => {
+                self.in_array(subindex, write((job, pnu), element, double, table))
+            }
             JobId::ReadElementCount => {
                 let count = table.elements(pnu)?.ok_or(JobError::NotAnArray)?;
                 Ok(Done::Answer(answer(job, ReplyId::ElementCount, u32::from(count))))
             }
             JobId::Reserved(id) => Err(JobError::UnknownJob(id)),
         }
+    }
+
+    /// A refused element as the bus counts it.
+    fn in_array(&self, subindex: u8, done: Result<Done, JobError>) -> Result<Done, JobError> {
+        match done {
+            Err(JobError::NoElement { count, .. }) if self.config.from_zero => {
+                Err(JobError::SubindexOutOfRange { count, got: subindex })
+            }
+            Ok(_) | Err(_) => done,
+        }
+    }
+
+    /// The reply to a job that is not executed, and why.
+    fn refuse(&self, job: Pkw, cause: JobError) -> (Pkw, Refusal) {
+        let (number, pnu) = (ErrorNumber::from(cause), self.config.pages.parameter(job));
+        let reply = answer(job, ReplyId::NotExecutable, u32::from(number.number()));
+        (reply, Refusal { job, pnu: pnu.unwrap_or_else(|_| job.pke.pnu()), number, cause })
     }
 }
 
@@ -249,23 +302,21 @@ enum Done {
     Storing(Pkw),
 }
 
-fn read(job: Pkw, element: Option<u8>, table: &impl Parameters) -> Result<Done, JobError> {
-    let value = table.read(job.pke.pnu(), element)?;
+fn read((job, pnu): (Pkw, u16), element: Option<u8>, table: &impl Parameters) -> Result<Done, JobError> {
+    let value = table.read(pnu, element)?;
     let reply = answer(job, value_id(value, element), value.bits());
     Ok(Done::Reading(reply))
 }
 
-fn write(job: Pkw, element: Option<u8>, value: Value, table: &mut impl Parameters) -> Result<Done, JobError> {
-    let Written { shown, waits } = table.write(job.pke.pnu(), element, value)?;
+fn write(
+    (job, pnu): (Pkw, u16),
+    element: Option<u8>,
+    value: Value,
+    table: &mut impl Parameters,
+) -> Result<Done, JobError> {
+    let Written { shown, waits } = table.write(pnu, element, value)?;
     let reply = answer(job, value_id(shown, element), shown.bits());
     Ok(if waits { Done::Storing(reply) } else { Done::Answer(reply) })
-}
-
-/// The reply to a job that is not executed, and why.
-fn refuse(job: Pkw, cause: JobError) -> (Pkw, Refusal) {
-    let number = ErrorNumber::from(cause);
-    let reply = answer(job, ReplyId::NotExecutable, u32::from(number.number()));
-    (reply, Refusal { job, number, cause })
 }
 
 /// A reply to a job: the parameter's number and IND are the job's.

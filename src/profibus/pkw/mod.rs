@@ -55,5 +55,5 @@ mod engine;
 mod table;
 
 pub use code::{ErrorNumber, JobError};
-pub use engine::{Config, Engine, Outcome, Refusal, SubindexOctet};
+pub use engine::{Config, Engine, Outcome, Pages, Refusal, SubindexOctet};
 pub use table::{Parameters, Value, Width, Written};

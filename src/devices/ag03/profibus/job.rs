@@ -21,7 +21,7 @@ pub struct JobText {
 
 impl fmt::Display for Job<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let pkw::Refusal { job, number, cause } = *self.0;
+        let pkw::Refusal { job, number, cause, .. } = *self.0;
         write!(f, "job {job} ({}, PNU {}", job.pke.job(), job.pke.pnu())?;
         if let Some(entry) = known(job) {
             write!(f, " {}", entry.name)?;
@@ -90,6 +90,7 @@ impl fmt::Display for JobText {
                 f.write_str("; write it again, and check the place where the images are kept")
             }
             JobError::UnknownParameter { .. }
+            | JobError::NoPage { .. }
             | JobError::ReadOnly
             | JobError::SubindexOutOfRange { .. }
             | JobError::NoElement { .. }

@@ -9,6 +9,7 @@
 //! | `application` | [`PpoOnly`]: a configuration must be a PPO |
 //! | `description` | what acts on it, and what it tells of itself |
 //! | `event` | [`Event`]: news of such a drive |
+//! | `family` | [`Family`]: how parameters are numbered on the bus |
 //! | `memory` | what it keeps while it is switched off |
 //! | `parameters` | the table as the parameter channel reaches it |
 //! | `why` | what keeps it from turning |
@@ -16,6 +17,7 @@
 mod application;
 mod description;
 mod event;
+mod family;
 mod memory;
 mod parameters;
 mod why;
@@ -37,6 +39,7 @@ use crate::time::{BaudRate, Instant};
 
 pub use application::PpoOnly;
 pub use event::Event;
+pub use family::Family;
 
 use memory::Memory;
 use parameters::{Access, Known, View};
@@ -95,8 +98,7 @@ impl<A: Application> PpoDrive<A> {
         table.set_up(&mut drive).map_err(Row::clone)?;
         // It is set up, nothing has changed.
         while drive.poll_event().is_some() {}
-        let engine =
-            Engine::new(pkw::Config { subindex: pkw::SubindexOctet::High, ..pkw::Config::default() });
+        let engine = Engine::new(Family::Profile.channel());
         Ok(Self {
             station: dp::Station::new(address, baud, None, description, application),
             table,
@@ -110,6 +112,13 @@ impl<A: Application> PpoDrive<A> {
             channel: (Pkw::ZERO, Pkw::ZERO),
             memory: None,
         })
+    }
+
+    /// The same drive, its parameters numbered on the bus as in this family.
+    #[must_use]
+    pub fn of_family(mut self, family: Family) -> Self {
+        self.engine = Engine::new(family.channel());
+        self
     }
 
     /// Its station address.

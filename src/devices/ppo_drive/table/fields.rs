@@ -295,7 +295,7 @@ mod tests {
     fn every_mistake_is_said_with_its_cure() {
         for (field, text, part) in [
             ("pnu", "", "'pnu' is missing"),
-            ("pnu", "2048", "pnu 2048 is outside 1 to 2047"),
+            ("pnu", "4000", "pnu 4000 is outside 1 to 3999"),
             ("pnu", "x", "pnu 'x' is no number"),
             ("type", "unit16", "there is no type 'unit16', did you mean 'uint16'?; expected int16"),
             ("tie", "ramp-up", "nothing called 'ramp-up' to be tied to"),

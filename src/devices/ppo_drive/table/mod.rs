@@ -34,8 +34,8 @@ pub use first::FirstValueError;
 
 use super::{Drive, Quantity};
 
-/// The highest number of a parameter: PKE has 11 bits for it.
-pub const MAX_PNU: u16 = 2047;
+/// The highest number of a parameter: PKE has 11 bits for it, and some families have pages.
+pub const MAX_PNU: u16 = 3999;
 
 /// What the octets of a value are (`profidrive-v2.md` 6).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, IntoStaticStr, VariantArray)]

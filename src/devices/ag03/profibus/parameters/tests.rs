@@ -197,8 +197,12 @@ fn a_refusal_says_what_was_asked_and_what_is_wrong_once() {
     let mut rig = Rig::new(Model::Ag03, Gear::Ratio48);
     rig.table.context = TRAVELLING;
     let job = words(0x23F0, 0, 0, 50);
-    let refusal =
-        Refusal { job, number: ErrorNumber::OperatingState, cause: JobError::NotNow("the shaft is moving") };
+    let refusal = Refusal {
+        job,
+        pnu: job.pke.pnu(),
+        number: ErrorNumber::OperatingState,
+        cause: JobError::NotNow("the shaft is moving"),
+    };
     assert_eq!(rig.cycle(job).refusal, Some(refusal));
     assert_eq!(rig.cycle(job), unchanged(words(0x73F0, 0, 0, 17)));
 
