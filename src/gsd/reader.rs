@@ -165,6 +165,7 @@ impl Reader {
             return Err(ReadError::NoModuleLeft { place: *place, name: name.clone() });
         }
         self.end_rates();
+        self.end_modules();
         self.end_old_user_prm();
         self.end_references();
         if !self.seen.contains("gsd_revision") {

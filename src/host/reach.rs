@@ -58,13 +58,18 @@ pub(crate) fn connect_advice(error: &io::Error) -> &'static str {
     }
 }
 
+/// The address from which others than this machine could connect to `place`; `None`: none, or the host is not known.
+pub(crate) fn open_to_others(place: &str) -> Option<SocketAddr> {
+    place.to_socket_addrs().ok()?.find(|address| !address.ip().to_canonical().is_loopback())
+}
+
 /// Listens at `place`, `HOST:PORT`, without blocking; port 0 is a free one, and the address says which.
 pub(crate) fn listen(place: &str, reach: Reach) -> Result<(TcpListener, SocketAddr), ListenError> {
     let addresses: Vec<SocketAddr> = place.to_socket_addrs().map_err(ListenError::Failed)?.collect();
     if reach == Reach::ThisMachine
-        && let Some(address) = addresses.iter().find(|address| !address.ip().to_canonical().is_loopback())
+        && let Some(address) = open_to_others(place)
     {
-        return Err(ListenError::TooFar(*address));
+        return Err(ListenError::TooFar(address));
     }
     let listener = TcpListener::bind(&addresses[..]).map_err(ListenError::Failed)?;
     listener.set_nonblocking(true).map_err(ListenError::Failed)?;

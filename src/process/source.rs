@@ -132,6 +132,21 @@ impl Source {
         }
     }
 
+    /// The least and the greatest value that it reaches; `None` where others decide.
+    pub(crate) fn extremes(&self) -> Option<(f64, f64)> {
+        Some(match self {
+            Self::Constant(value) => (*value, *value),
+            Self::Mirror(_) | Self::Follow { .. } => return None,
+            Self::Count { from, to, step, .. } => {
+                let last = from + step * libm::floor((to - from) / step + 1e-9);
+                (from.min(last), from.max(last))
+            }
+            Self::Ramp { from, to, .. } => (from.min(*to), from.max(*to)),
+            Self::Sine { mean, amplitude, .. } => (mean - amplitude.abs(), mean + amplitude.abs()),
+            Self::Table { rows, .. } => rows.extremes(),
+        })
+    }
+
     /// What it says at a time; `None` if that is no matter of time.
     pub(super) fn at(&self, time: Duration) -> Option<Said> {
         let ticking = Some(time.saturating_add(TICK));

@@ -75,6 +75,14 @@ impl Table {
         Ok(Self { rows })
     }
 
+    /// Its least and its greatest value.
+    pub(super) fn extremes(&self) -> (f64, f64) {
+        let values = self.rows.iter().map(|row| row.1);
+        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), value| {
+            (least.min(value), most.max(value))
+        })
+    }
+
     /// When the last row begins.
     pub fn last(&self) -> Duration {
         self.rows.last().map(|row| row.0).unwrap_or_default()

@@ -172,6 +172,21 @@ impl ValueType {
         }
     }
 
+    /// Its bits in the octets of a slot, from the lowest of the first octet on.
+    pub(crate) const fn places(self, offset: usize) -> core::ops::Range<usize> {
+        let first = offset.saturating_mul(8);
+        match self {
+            Self::Bit(bit) => first + bit as usize..first + bit as usize + 1,
+            Self::Unsigned8
+            | Self::Signed8
+            | Self::Unsigned16
+            | Self::Signed16
+            | Self::Unsigned32
+            | Self::Signed32
+            | Self::Float32 => first..first + self.octets() * 8,
+        }
+    }
+
     /// The value as bits within its mask.
     fn bits(self, value: f64) -> Result<u32, ValueError> {
         let (least, most) = self.range();

@@ -434,6 +434,9 @@ fn a_keyword_that_is_nearly_one_is_asked_about() {
             "Max_Inputs_Len = 8",
             "'Max_Inputs_Len' is no keyword and has no effect; did you mean Max_Input_Len?",
         ),
+        ("Max_Module = four", "Max_Module is no number; it is left out"),
+        ("Max_Module = 0", "Max_Module is 0, expected 1 or more"),
+        ("Max_Input_Len = 0", "module 'a' has 1 octets, Max_Input_Len is 0: it cannot be configured"),
         ("Failsafe = 1", "'Failsafe' is no keyword and has no effect; did you mean Fail_Safe?"),
         ("Prm_Text_Ref = 1", "'Prm_Text_Ref' has no effect outside of its block"),
         (

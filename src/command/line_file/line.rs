@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use crate::host::can;
 use crate::host::fault::{BusKind, Condition, Rule, While, duration};
+use crate::host::reach::open_to_others;
 use crate::profibus::fdl::Address;
 
 use super::device;
@@ -49,7 +50,12 @@ pub(super) fn plan(number: usize, line: &At<LineTable>, folder: &Path) -> Result
     args.allow_remote = is(&table.allow_remote);
     args.panel_allow_remote = is(&table.panel_allow_remote);
     if let Some(panel) = &table.panel {
-        args.panel = Some(panel_place(panel.get()).map_err(|error| Wrong::at(panel.span(), error))?);
+        let place = panel_place(panel.get()).map_err(|error| Wrong::at(panel.span(), error))?;
+        reaches(&place, args.panel_allow_remote, panel.span(), "the panel", "panel-allow-remote")?;
+        args.panel = Some(place);
+    }
+    if let LinkSpec::Tcp(place) | LinkSpec::Can(can::LinkSpec::Tcp(place)) = &args.link {
+        reaches(place, args.allow_remote, table.link.span(), "the link", "allow-remote")?;
     }
     let path =
         |path: &Option<At<String>>| -> Option<PathBuf> { path.as_ref().map(|path| folder.join(path.get())) };
@@ -83,6 +89,25 @@ pub(super) fn plan(number: usize, line: &At<LineTable>, folder: &Path) -> Result
     }
     args.check().map_err(|words| contradiction(line, &words))?;
     Ok(LinePlan { args, slaves, faults })
+}
+
+/// Refuses a place to which other machines could connect unless the file allows it.
+pub(super) fn reaches(
+    place: &str,
+    allowed: bool,
+    span: Range<usize>,
+    what: &str,
+    key: &str,
+) -> Result<(), Wrong> {
+    match open_to_others(place).filter(|_| !allowed) {
+        None => Ok(()),
+        Some(address) => Err(Wrong::at(
+            span,
+            format!(
+                "other machines could connect to {what} at {address}; use 127.0.0.1, or add {key} = true"
+            ),
+        )),
+    }
 }
 
 /// What no single key shows, where the key that it begins with stands. Keys are called as options are.

@@ -56,6 +56,7 @@ fn metrics(file: &LineFile) -> Result<Option<MetricsSpec>, Wrong> {
         (Some(place), _) => {
             let allow_remote = allow_remote.is_some_and(|allowed| *allowed.get());
             let checked = metrics_place(place.get()).map_err(|error| Wrong::at(place.span(), error))?;
+            line::reaches(&checked, allow_remote, place.span(), "the metrics", "metrics-allow-remote")?;
             Ok(Some(MetricsSpec { place: checked, allow_remote }))
         }
         (None, Some(allowed)) => Err(Wrong::at(
@@ -263,6 +264,34 @@ mod tests {
             (line("baud = 19200\nbaud = 9600"), "4, column 1", "'baud' is there twice"),
             (input("behaviour = 'table'\nfile = 'no.csv'"), "11, column 8", "cannot read"),
             (input("value = 2"), "10, column 9", "2 does not fit, expected 0 to 1"),
+            (
+                input("behaviour = 'ramp'\nfrom = 0\nto = 2\ntime = '1s'"),
+                "10, column 13",
+                "it reaches 2, bit0 has 0 to 1",
+            ),
+            (
+                input("behaviour = 'sine'\namplitude = 1\nperiod = '1s'"),
+                "10, column 13",
+                "it reaches -1, bit0 has 0 to 1",
+            ),
+            (
+                input("behaviour = 'count'\nfrom = 0\nto = 3\nevery = '1s'"),
+                "10, column 13",
+                "it reaches 3, bit0 has 0 to 1",
+            ),
+            (
+                input("behaviour = 'table'\nfile = '../../examples/line/level.csv'"),
+                "10, column 13",
+                "it reaches",
+            ),
+            (
+                input("value = 1\n[[line.station.input]]\nslot = 1\ntype = 'unsigned8'\nvalue = 1"),
+                "13, column 8",
+                "another input is bit0 at octet 0 of slot 1, the same bits",
+            ),
+            (line("panel = '0.0.0.0:8080'"), "3, column 9", "add panel-allow-remote = true"),
+            ("[[line]]\nlink = 'tcp:0.0.0.0:5050'".into(), "2, column 8", "add allow-remote = true"),
+            (format!("metrics = '0.0.0.0:9187'\n{STATION}"), "1, column 11", "add metrics-allow-remote = true"),
             (
                 input("behaviour = 'mirror'\nof = { slot = 3, type = 'bit0' }"),
                 "11, column 15",

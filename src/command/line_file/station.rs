@@ -47,6 +47,23 @@ pub(super) fn signals(
     stations: &Stations<'_>,
     folder: &Path,
 ) -> Result<Vec<Signal>, Wrong> {
+    let mut taken: Vec<(Point, Range<usize>)> = Vec::new();
+    for input in inputs {
+        let table = input.get();
+        let to = point(&table.slot, table.octet.as_ref(), &table.kind)?;
+        let own = to.kind.places(to.offset);
+        let shares = |(other, places): &&(Point, Range<usize>)| {
+            other.slot == to.slot && places.start < own.end && own.start < places.end
+        };
+        if let Some((other, _)) = taken.iter().find(shares) {
+            let words = format!(
+                "another input is {} at octet {} of slot {}, the same bits; take one of the two out",
+                other.kind, other.offset, other.slot
+            );
+            return Err(Wrong::at(table.kind.span(), words));
+        }
+        taken.push((to, own));
+    }
     inputs.iter().map(|input| signal(input, number, stations, folder)).collect()
 }
 
@@ -166,6 +183,15 @@ fn signal(
             Source::Follow { station, of, delay: optional(&table.delay)?.unwrap_or_default() }
         }
     };
+    if let Some((low, high)) = source.extremes() {
+        let (least, most) = to.kind.range();
+        if let Some(got) =
+            [low, high].into_iter().find(|value| value.is_finite() && !(least..=most).contains(value))
+        {
+            let words = format!("it reaches {got}, {} has {least} to {most}", to.kind);
+            return Err(Wrong::at(keys.span.clone(), words));
+        }
+    }
     Signal::new(to, source).map_err(|error| Wrong::at(input.span(), error))
 }
 

@@ -79,6 +79,20 @@ const KEYWORDS: &[&str] = &[
     "ExtUserPrmData",
 ];
 
+/// Keywords that count something, and the least that makes sense.
+const COUNTS: &[(&str, i64)] = &[
+    ("GSD_Revision", 1),
+    ("Max_Diag_Data_Len", 0),
+    ("Min_Slave_Intervall", 0),
+    ("Max_Module", 1),
+    ("Max_Input_Len", 0),
+    ("Max_Output_Len", 0),
+    ("Max_Data_Len", 0),
+    ("Modul_Offset", 0),
+    ("User_Prm_Data_Len", 0),
+    ("Max_User_Prm_Data_Len", 0),
+];
+
 impl Reader {
     pub(super) fn in_main(&mut self, line: &Statement<'_>) -> Result<(), ReadError> {
         let place = line.place;
@@ -89,6 +103,16 @@ impl Reader {
                 place,
                 format!("{} is there twice; the last one is used", line.spelled),
             );
+        }
+        if let Some((name, least)) = COUNTS.iter().find(|(name, _)| name.eq_ignore_ascii_case(keyword)) {
+            let place = line.place;
+            match line.first() {
+                None => self.warn(place, format!("{name} is no number; it is left out")),
+                Some(got) if got < *least => {
+                    self.warn(place, format!("{name} is {got}, expected {least} or more"));
+                }
+                Some(_) => {}
+            }
         }
         let text = || trimmed(line.text().unwrap_or_default());
         let (gsd, flags) = (&mut self.gsd, line.is_on());
@@ -201,6 +225,30 @@ impl Reader {
     /// Kept in `references` of the end: Max_Diag_Data_Len may stand behind the bits.
     fn check_diag_bit(&mut self, place: Place, bit: u16) {
         self.references.push((place, u32::from(bit) | DIAG_BIT));
+    }
+
+    /// Modules that no configuration can have.
+    pub(super) fn end_modules(&mut self) {
+        let mut too_long = Vec::new();
+        for module in &self.gsd.modules {
+            let (inputs, outputs) = (u16::from(module.lengths.inputs), u16::from(module.lengths.outputs));
+            for (keyword, got, most) in [
+                ("Max_Input_Len", inputs, self.gsd.max_input_len),
+                ("Max_Output_Len", outputs, self.gsd.max_output_len),
+                ("Max_Data_Len", inputs + outputs, self.gsd.max_data_len),
+            ] {
+                if let Some(most) = most.filter(|most| got > *most) {
+                    let name = &module.name;
+                    let words = format!(
+                        "module '{name}' has {got} octets, {keyword} is {most}: it cannot be configured"
+                    );
+                    too_long.push((module.place, words));
+                }
+            }
+        }
+        for (place, words) in too_long {
+            self.warn(place, words);
+        }
     }
 
     pub(super) fn end_rates(&mut self) {
