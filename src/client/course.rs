@@ -2,11 +2,13 @@
 //! they do not.
 //!
 //! The engine knows no bus, no time and no profile. A client gives the command of a step to its drive, and shows the
-//! step every status word that is younger than the command.
+//! step every status word that is younger than the command. Where a status word does not say enough, a step is a
+//! [`Fork`]: something is asked in it, and its rows say what comes by the answer.
 //!
 //! | table | for |
 //! | --- | --- |
 //! | `drive::course` | AG03 and AG03/1 on PROFIBUS: enabling and acknowledging |
+//! | `drive::step` | AG03 and AG03/1 on PROFIBUS: motion, where answers of the parameter channel decide |
 //! | `ppo::course` | drives with variable speed of PROFIDRIVE version 2 |
 //! | `node::course` | CiA 402 |
 
@@ -142,9 +144,83 @@ impl<A, O> Course<A, O> {
     }
 }
 
+/// A step that is decided by what was asked in it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fork<Q, W: 'static, A: 'static, S: 'static> {
+    /// The step goes on when this is answered.
+    pub(super) ask: Option<Q>,
+    pub(super) time: Time,
+    rows: &'static [Row<W, A, S>],
+}
+
+/// If `when` holds, `act` is done and `then` comes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Row<W, A, S> {
+    when: W,
+    pub(super) act: Option<A>,
+    pub(super) then: Then<S>,
+}
+
+/// What comes after a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Then<S> {
+    /// Nothing yet.
+    Stay,
+    /// That step; the same one asks again.
+    Go(S),
+    /// The goal is reached.
+    Done,
+    /// The drive shows that it does not.
+    Refused,
+}
+
+impl<Q, W: Copy, A: Copy, S: Copy> Fork<Q, W, A, S> {
+    /// A step without motion.
+    pub(super) const fn new(ask: Option<Q>, rows: &'static [Row<W, A, S>]) -> Self {
+        Self { ask, time: Time::Reaction, rows }
+    }
+
+    /// A step with the time of a motion.
+    pub(super) const fn moving(ask: Option<Q>, rows: &'static [Row<W, A, S>]) -> Self {
+        Self { ask, time: Time::Motion, rows }
+    }
+
+    /// The first row that holds; without one the step stays.
+    pub(super) fn row(&self, holds: impl Fn(W) -> bool) -> Option<&'static Row<W, A, S>> {
+        self.rows.iter().find(|row| holds(row.when))
+    }
+}
+
+impl<W: Copy, A: Copy, S: Copy> Row<W, A, S> {
+    pub(super) const fn new(when: W, then: Then<S>) -> Self {
+        Self { when, act: None, then }
+    }
+
+    /// The row with something to do.
+    pub(super) const fn act(when: W, act: A, then: Then<S>) -> Self {
+        Self { when, act: Some(act), then }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_first_row_of_a_fork_that_holds_decides() {
+        type Rows = Row<u8, char, ()>;
+        const ROWS: &[Rows] =
+            &[Rows::new(1, Then::Refused), Rows::act(2, 'a', Then::Go(())), Rows::new(3, Then::Done)];
+        let fork = Fork::new(Some("what"), ROWS);
+        for (holding, then) in [
+            (&[2, 3][..], Some(Then::Go(()))),
+            (&[3], Some(Then::Done)),
+            (&[1, 2, 3], Some(Then::Refused)),
+            (&[], None),
+        ] {
+            assert_eq!(fork.row(|when| holding.contains(&when)).map(|row| row.then), then, "{holding:?}");
+        }
+    }
 
     const SWITCH: Step<char, ()> = Step::new('s', &[Bits::set(1), Bits::clear(6)], ());
     const MOVE: Step<char, ()> = Step::new('m', &[], ()).keeping(Bits::set(8).and(Bits::clear(4))).moving();

@@ -3,9 +3,8 @@
 //! | file | holds |
 //! | --- | --- |
 //! | `goal` | [`Goal`], [`GoalOutcome`], [`Limits`] |
-//! | `progress` | `GoalProgress`: a goal under way, and what ends each of its steps |
-//! | `step` | the steps |
-//! | `start` | the edge of STW.6, and whether the drive has taken it |
+//! | `progress` | `GoalProgress`: a goal under way, what ends its steps and is commanded between them |
+//! | `step` | the steps as a table |
 //! | `standstill` | whether the shaft stands or turns as it should |
 //! | `commanded` | what the outputs command; motions that end by themselves |
 //! | `control_word` | the control words |
@@ -28,7 +27,6 @@ mod progress;
 mod question;
 mod seen;
 mod standstill;
-mod start;
 mod step;
 mod why;
 mod zsw;
@@ -48,8 +46,9 @@ use job::TravelJob;
 use progress::GoalProgress;
 use question::Question;
 use seen::Seen;
-use step::{Next, Step};
+use step::Step;
 
+use super::course::Then;
 use super::pkw::{Job, NotSubmitted, Outcome, PkwError};
 use crate::profibus::ppo::{Inputs, Outputs, PPO_LEN, Zsw};
 use crate::time::Instant;
@@ -346,30 +345,30 @@ impl DriveClient {
             self.activity = Activity::Pursuing(progress);
         }
         match progress.advance(now, &mut self.commanded, &self.seen) {
-            Next::Stay | Next::Step(_) if now >= progress.silence => {
+            Then::Stay | Then::Go(_) if now >= progress.silence => {
                 let unheard = Findings { diagnosis: self.diagnosis, ..progress.findings };
                 self.give_up(now, progress.goal, Some(self.limits.reaction), unheard);
             }
-            Next::Stay => self.stay(now, progress),
-            Next::Step(step) => {
-                let (before, after) = (progress.step.is_motion(), step.is_motion());
-                if before != after {
-                    progress.deadline = now.saturating_add(self.limits.of(after));
+            Then::Stay => self.stay(now, progress),
+            Then::Go(step) => {
+                let (before, after) = (progress.step.fork(), step.fork());
+                if before.time != after.time {
+                    progress.deadline = now.saturating_add(self.limits.of(after.time));
                 }
                 progress.step = step;
-                progress.question = step.question();
+                progress.question = after.ask;
                 progress.answer = None;
                 self.channel.next_step();
                 self.stay(now, progress);
             }
-            Next::Done => self.finish(progress.goal, Ok(self.seen.hiw)),
-            Next::Refused => self.fail(now, &progress, None),
+            Then::Done => self.finish(progress.goal, Ok(self.seen.hiw)),
+            Then::Refused => self.fail(now, &progress, None),
         }
     }
 
     fn stay(&mut self, now: Instant, progress: GoalProgress) {
         if now >= progress.deadline {
-            self.fail(now, &progress, Some(self.limits.of(progress.step.is_motion())));
+            self.fail(now, &progress, Some(self.limits.of(progress.step.fork().time)));
         } else {
             self.activity = Activity::Pursuing(progress);
         }

@@ -7,6 +7,7 @@ use thiserror::Error;
 
 use super::obstacle::Obstacles;
 use crate::client::PkwError;
+use crate::client::course::Time;
 use crate::devices::ag03::drive::{Direction, Mode};
 
 /// Something the drive shall do.
@@ -149,8 +150,11 @@ pub struct Limits {
 }
 
 impl Limits {
-    pub(super) const fn of(&self, motion: bool) -> Duration {
-        if motion { self.motion } else { self.reaction }
+    pub(super) const fn of(&self, time: Time) -> Duration {
+        match time {
+            Time::Reaction => self.reaction,
+            Time::Motion => self.motion,
+        }
     }
 }
 
