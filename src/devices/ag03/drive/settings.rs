@@ -38,10 +38,9 @@ impl Settings {
         self.values.get(parameter as usize).copied().unwrap_or_default()
     }
 
-    /// The value of a parameter that has no sign.
+    /// The value of a parameter that is a word without sign; 0 if it is none.
     pub(crate) fn word(&self, parameter: Parameter) -> u16 {
-        let value = self.number(parameter).clamp(0, i32::from(u16::MAX));
-        u16::try_from(value).unwrap_or(u16::MAX)
+        u16::try_from(self.number(parameter)).unwrap_or_default()
     }
 
     /// Parameter no. 20.
