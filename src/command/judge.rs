@@ -9,7 +9,9 @@ use crate::gsd::{MasterGsd, Policy, Station};
 use crate::host::capture::{Capture, Interface};
 use crate::host::link::tap::{Batch, Tap};
 use crate::host::{Link, SystemClock};
-use crate::judge::{Ending, Judge, Operator, Outcome, Progress, Report, Row, Setup, Slave, live};
+use crate::judge::{
+    Ending, Judge, MasterClass, Operator, Outcome, Progress, Report, Row, Setup, Slave, live,
+};
 use crate::profibus::dp::Application as _;
 use tracing::{info, warn};
 
@@ -174,6 +176,7 @@ fn setup(args: &args::Judge) -> Result<Setup, Failure> {
     }
     let millis = |millis: Option<u64>| millis.map(Duration::from_millis);
     let setup = Setup {
+        class: if args.class == 2 { MasterClass::Two } else { MasterClass::One },
         stations,
         master: args.master,
         watchdog: millis(args.watchdog),

@@ -89,7 +89,8 @@ pub fn live<L: Link, C: Clock + Clone>(
             while let Some(moment) = queue.borrow_mut().pop_front() {
                 judge.hear(moment);
             }
-            // The stations hear it, too.
+            // The stations hear it, too, and whose replies come next is known.
+            let _ = link.faults_mut().request(clock.now(), octets.clone());
             bus.handle_bytes(clock.now(), &octets);
             drain(&mut link, &mut bus, clock)?;
         }

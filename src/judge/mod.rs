@@ -57,6 +57,6 @@ pub use recorded::Recording;
 pub use report::{Outcome, Report};
 pub use rows::Row;
 pub use scenario::Scenario;
-pub use setup::{Setup, Slave};
+pub use setup::{MasterClass, Setup, Slave};
 pub use simulated::{simulated, simulated_until_breach, simulated_with, soaked};
 pub use station::Act;

@@ -26,7 +26,7 @@ use super::moment::Moment;
 use super::observer::{Observer, Sight};
 use super::report::Report;
 use super::rows::Row;
-use super::scenario::{Scenario, asking, built_in, joining, ring};
+use super::scenario::{Scenario, asking, built_in, joining, reading, ring};
 use super::second::Second;
 use super::setup::Setup;
 use super::station::connect;
@@ -131,7 +131,7 @@ impl Judge {
     }
 
     pub(super) fn seeing(setup: Setup, wanted: &[Row], sight: Sight) -> Self {
-        let mut scenarios = built_in(&setup);
+        let mut scenarios = if setup.is_class_2() { reading(&setup) } else { built_in(&setup) };
         scenarios.extend(ring(matches!(sight, Sight::Exact(_))));
         scenarios.retain(|scenario| scenario.is_for(wanted));
         let mut observer = Observer::new(setup, sight);
@@ -323,6 +323,7 @@ impl Judge {
         if self.observer.telegrams() > 0 {
             self.observer.finish();
         }
+        self.leave_out();
         self.explain_the_rest();
         let judgement =
             |row: &Row| Judgement { took: self.record.spent(*row), ..self.observer.findings.judgement(*row) };

@@ -471,6 +471,26 @@ impl Row {
         Self::ALL.iter().copied().filter(fits)
     }
 
+    /// Whether it is about a master of class 2, too, which reads slaves of another master.
+    pub const fn is_of_class_2(self) -> bool {
+        match self.about().group {
+            Group::Framing | Group::Token | Group::SecondMaster => true,
+            Group::Timing => !matches!(self, Self::T06 | Self::T08 | Self::T09),
+            Group::FrameCount => !matches!(self, Self::C04 | Self::C08 | Self::C10 | Self::C11),
+            Group::BadReplies => !matches!(self, Self::E03 | Self::E04 | Self::E11),
+            Group::StartUp => matches!(self, Self::U12),
+            Group::Diagnosis => matches!(self, Self::D08 | Self::D16),
+            Group::Several => matches!(self, Self::I01 | Self::I03),
+            Group::Stop => matches!(self, Self::Z05),
+            Group::Contents
+            | Group::DataExchange
+            | Group::Modes
+            | Group::SyncFreeze
+            | Group::Loss
+            | Group::Rates => false,
+        }
+    }
+
     /// Whether a breach is a warning and no failure: the sources are not sure of the rule or of what breaks it, or it is good
     /// practice only.
     pub const fn only_warns(self) -> bool {

@@ -18,10 +18,12 @@ use crate::profibus::dp::IoLengths;
 use crate::profibus::fdl::Address;
 
 mod list;
+mod reading;
 mod ring;
 
 pub use super::second::{Course, Duty};
 pub use list::{asking, built_in};
+pub(super) use reading::reading;
 pub(super) use ring::{joining, ring};
 
 /// Something the stations do on purpose.

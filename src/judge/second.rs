@@ -3,6 +3,7 @@
 //! | file | holds |
 //! | --- | --- |
 //! | `course` | [`Course`]: what it does with each token, as data |
+//! | `owner` | `Owned`: a slave of the master of class 1, while one of class 2 is judged |
 //! | `station` | [`Second`]: the station of the data link layer |
 //! | `heard` | what it makes of telegrams and of silence |
 //! | `evidence` | [`Evidence`]: what that says of a row |
@@ -11,6 +12,7 @@
 mod course;
 mod evidence;
 mod heard;
+mod owner;
 mod station;
 mod telegrams;
 

@@ -7,10 +7,22 @@ use crate::profibus::dp::IoLengths;
 use crate::profibus::fdl::Address;
 use crate::time::BaudRate;
 
+/// What kind of master it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MasterClass {
+    /// It parameterises its slaves and exchanges data with them.
+    #[default]
+    One,
+    /// It reads slaves that another master owns, which the judge plays.
+    Two,
+}
+
 /// What the master is configured to. What is `None` is not judged.
 #[derive(Clone, Debug, Default)]
 pub struct Setup {
-    /// The stations configured in the master.
+    /// What it is.
+    pub class: MasterClass,
+    /// The stations configured in the master; those that a master of class 2 reads.
     pub stations: Vec<Slave>,
     /// The address of the master.
     pub master: Option<Address>,
@@ -99,6 +111,11 @@ impl Slave {
 }
 
 impl Setup {
+    /// Whether it is a master of class 2.
+    pub(super) fn is_class_2(&self) -> bool {
+        self.class == MasterClass::Two
+    }
+
     /// The station at an address.
     pub fn slave(&self, address: Address) -> Option<&Slave> {
         self.stations.iter().find(|slave| slave.address == address)
@@ -120,6 +137,7 @@ impl Setup {
         let mut words: Vec<(&'static str, String)> =
             self.stations.iter().map(|slave| ("station", slave.words())).collect();
         let others = [
+            ("class", self.is_class_2().then(|| "2".into())),
             ("master", self.master.map(|master| master.to_string())),
             ("watchdog", self.watchdog.map(millis)),
             ("retries", self.retries.map(|retries| retries.to_string())),

@@ -14,6 +14,7 @@
 mod test_master;
 
 mod admitted;
+mod class_two;
 mod configured;
 mod covered;
 mod endings;

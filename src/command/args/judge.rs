@@ -37,6 +37,10 @@ pub(crate) struct Judge {
     #[arg(long, value_name = "RATE")]
     pub(crate) baud: Option<BaudSpec>,
 
+    /// The class of the master: 1, or 2 for one that reads slaves of another master, which the judge plays then
+    #[arg(long, value_name = "CLASS", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=2))]
+    pub(crate) class: u8,
+
     /// A station as configured in the master:
     /// ADDRESS,ident=HEX,cfg=HEX[,prm=HEX][,groups=HEX][,failsafe=1][,min-interval=MS][,absent], or ADDRESS,gsd=FILE
     #[arg(long = "station", value_name = "SPEC")]

@@ -156,6 +156,8 @@ impl<L: Link, C: Clock> Faulty<L, C> {
 pub struct Faults {
     list: List<Seen>,
     observed: Observed,
+    /// Only requests of this master, and the replies to them.
+    only: Option<Address>,
 }
 
 impl Faults {
@@ -188,6 +190,11 @@ impl Faults {
         self.list.clear();
     }
 
+    /// From now on they act on the requests of this master only, and on the replies to them; `None`: of all.
+    pub(crate) const fn only_of(&mut self, master: Option<Address>) {
+        self.only = master;
+    }
+
     /// Whether there is none.
     pub(crate) const fn is_empty(&self) -> bool {
         self.list.active.is_empty()
@@ -198,6 +205,9 @@ impl Faults {
         let Some(occasion) = self.observed.request(&telegram) else {
             return telegram;
         };
+        if self.only.is_some() && self.only != occasion.master {
+            return telegram;
+        }
         self.list.active.iter_mut().fold(telegram, |octets, active| {
             active.seen.open = active.is_open(now);
             active.corrupt_request(octets, occasion, now)
@@ -208,6 +218,9 @@ impl Faults {
     pub(crate) fn reply(&mut self, telegram: &[u8]) -> Outgoing {
         let occasion = self.observed.reply(telegram);
         let mut reply = Outgoing::new(telegram);
+        if self.only.is_some() && self.only != occasion.master {
+            return reply;
+        }
         for active in &mut self.list.active {
             active.corrupt_reply(&mut reply, occasion);
         }

@@ -146,6 +146,11 @@ impl Observer {
         self.views.iter().filter_map(set).collect()
     }
 
+    /// The address of the master, once it is known.
+    pub(super) const fn master(&self) -> Option<Address> {
+        self.master
+    }
+
     /// When the master was heard last.
     pub(super) const fn last_heard(&self) -> Option<Instant> {
         self.last_heard

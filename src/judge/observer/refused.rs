@@ -38,6 +38,20 @@ impl Observer {
         }
     }
 
+    /// What a master of class 2 does that reads no station.
+    pub(in crate::judge) fn why_not_read(&self) -> String {
+        let asked: Vec<String> = self.strangers.iter().map(|number| format!("{number}")).collect();
+        if self.views.values().any(|view| view.asked.is_some()) {
+            "its requests get no good reply eight times in a row".into()
+        } else if !asked.is_empty() {
+            format!("the master asks {}, which was not given", asked.join(", "))
+        } else if self.ring.seen() {
+            "the master passes the token and asks no station".into()
+        } else {
+            "the master asks no station".into()
+        }
+    }
+
     fn why_not_asked(&self, station: Address) -> String {
         let asked: Vec<String> = self.strangers.iter().map(|number| format!("{number}")).collect();
         let others = self.views.values().any(|view| view.asked.is_some());

@@ -47,7 +47,7 @@ impl Observer {
     fn asked(&mut self, mut cycle: Cycle) {
         let station = cycle.to;
         let known = self.setup.stations.is_empty() || self.setup.slave(station).is_some();
-        if !known {
+        if !known || self.is_of_owner(cycle.service) {
             self.stranger_asked(&cycle);
             self.open = Some(cycle);
             return;
@@ -78,8 +78,10 @@ impl Observer {
                 | None => {}
             }
         }
+        let reads = self.setup.is_class_2() && !retry;
         let view = self.view(station);
         view.asks = view.asks.saturating_add(1);
+        view.polled = view.polled.saturating_add(u32::from(reads));
         if view.gave_up {
             view.asked_since = view.asked_since.saturating_add(1);
         }
@@ -114,8 +116,26 @@ impl Observer {
         self.view(station).last = Some(cycle);
     }
 
+    /// Whether only the master that owns a slave may ask it for that.
+    fn is_of_owner(&self, service: Option<dp::Service>) -> bool {
+        let reads = match service {
+            Some(dp::Service::SetPrm | dp::Service::ChkCfg | dp::Service::DataExchange) => false,
+            Some(
+                dp::Service::SetSlaveAdd
+                | dp::Service::RdInp
+                | dp::Service::RdOutp
+                | dp::Service::GlobalControl
+                | dp::Service::GetCfg
+                | dp::Service::SlaveDiag,
+            )
+            | None => true,
+        };
+        self.setup.is_class_2() && !reads
+    }
+
     /// Takes over what a request has led to.
     fn settle(&mut self, cycle: &Cycle, answer: &Answer) {
+        let reads = self.setup.is_class_2();
         match answer {
             Answer::ShortAck | Answer::Data { .. } | Answer::Status(_) => {
                 let view = self.view(cycle.to);
@@ -124,6 +144,10 @@ impl Observer {
                 view.over = false;
                 view.asked_since = 0;
                 view.first_run = 0;
+                if reads {
+                    view.streak = view.streak.saturating_add(1);
+                    view.exchanges = view.exchanges.saturating_add(1);
+                }
                 if view.loss == Loss::Silent && cycle.service == Some(dp::Service::DataExchange) {
                     view.loss = Loss::None;
                 }
@@ -169,6 +193,12 @@ impl Observer {
             | None => return,
         };
         let name = cycle.service.map_or("", dp::Service::name);
+        if self.is_of_owner(cycle.service) {
+            let reason =
+                format!("{name} to station {}, which only the master that owns it may send", cycle.to);
+            self.broken(Row::R09, weight, cycle.serial, None, reason.clone());
+            return self.broken(Row::U12, weight, cycle.serial, None, reason);
+        }
         let reason = format!("{name} to station {}, which is not configured in the master", cycle.to);
         self.broken(Row::U12, weight, cycle.serial, None, reason);
     }

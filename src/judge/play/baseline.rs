@@ -88,6 +88,10 @@ impl Judge {
             self.judge_unreached(station);
         }
         let ending = match after {
+            after if self.observer.setup.is_class_2() => Ending::NotRead {
+                why: self.observer.why_not_read(),
+                after: after.map(|scenario| scenario.name),
+            },
             Some(scenario) if self.observer.exchanges(station) > 0 => {
                 Ending::Lost { station, after: scenario.name }
             }
@@ -98,8 +102,15 @@ impl Judge {
 
     /// The first station with which data are not exchanged as they should be.
     fn missing(&self) -> Option<Address> {
+        let works = |station: &Address| self.observer.streak(*station) >= BASELINE;
         let mut present = self.observer.setup.present().map(|slave| slave.address);
-        present.find(|station| self.observer.streak(*station) < BASELINE)
+        // Nobody says which of them one of class 2 reads now.
+        if self.observer.setup.is_class_2() {
+            let first = present.next()?;
+            let reads = works(&first) || present.any(|station| works(&station));
+            return (!reads).then_some(first);
+        }
+        present.find(|station| !works(station))
     }
 
     pub(super) fn others(&self, subject: Address) -> Vec<Address> {

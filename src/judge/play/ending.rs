@@ -51,6 +51,13 @@ pub enum Ending {
         /// What the telegrams say of it.
         why: String,
     },
+    /// A master of class 2 reads no station.
+    NotRead {
+        /// What it does instead.
+        why: String,
+        /// What had been tried; `None`: it never did.
+        after: Option<String>,
+    },
     /// Data exchange with a station did not come back.
     Lost {
         /// Which station.
@@ -76,6 +83,7 @@ impl Ending {
             | Self::Noise
             | Self::Flood
             | Self::NoExchange { .. }
+            | Self::NotRead { .. }
             | Self::Lost { .. }
             | Self::Breach
             | Self::TimeOver
@@ -100,6 +108,10 @@ impl fmt::Display for Ending {
             Self::Flood => f.write_str("the master sent telegrams at first and then octets without end that are none"),
             Self::NoExchange { station, why } => {
                 write!(f, "data exchange with station {station} was not reached: {why}")
+            }
+            Self::NotRead { why, after: None } => write!(f, "no station was read: {why}"),
+            Self::NotRead { why, after: Some(after) } => {
+                write!(f, "no station was read again within the time after: {after}: {why}")
             }
             Self::Lost { station, after } => {
                 write!(f, "data exchange with station {station} was not reached again within the time after: {after}")

@@ -283,6 +283,15 @@ impl Judge {
         }
     }
 
+    /// Rows that are not about a master of this class.
+    pub(super) fn leave_out(&mut self) {
+        if self.observer.setup.is_class_2() {
+            for row in self.wanted.iter().filter(|row| !row.is_of_class_2()) {
+                self.observer.findings.inapplicable(*row, "does not apply to a master of class 2");
+            }
+        }
+    }
+
     /// Why what was not tried is not judged.
     pub(super) fn explain_the_rest(&mut self) {
         for (row, reason) in UNSEEN {

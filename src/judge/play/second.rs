@@ -43,7 +43,7 @@ impl Judge {
         match moment.side {
             Side::Master => second.hear_master(moment.end, &moment.octets),
             Side::Other(_) => second.sent(moment.end),
-            Side::Station(_) => second.hear_station(moment.end),
+            Side::Station(_) => second.hear_station(moment.end, &moment.octets),
         }
         self.take_evidence();
         self.judge_reading();
@@ -68,17 +68,21 @@ impl Judge {
         let Ok(line) = self.surroundings(course, played) else { return };
         self.observer.begin_ring();
         self.second_at = Some(line.own);
-        self.second = Some(Second::new(course, line));
+        self.second = Some(Second::new(course, line, &self.observer.setup));
     }
 
     pub(super) fn is_second_done(&self) -> bool {
-        self.second.as_ref().is_none_or(Second::is_over)
+        self.second.as_ref().is_none_or(|second| second.is_over() || second.is_settled())
     }
 
     pub(super) fn end_second(&mut self) {
         let Some(second) = &mut self.second else { return };
         second.end();
+        let stays = second.is_owner();
         self.take_evidence();
+        if stays {
+            return;
+        }
         self.second = None;
         self.observer.end_ring();
     }
@@ -128,7 +132,8 @@ impl Judge {
 
     /// What the second master reads of a slave does not concern the master.
     fn judge_reading(&mut self) {
-        let Some(second) = self.second.as_ref().filter(|second| second.has_read()) else { return };
+        let is_read = |second: &&Second| second.has_read() && !self.observer.setup.is_class_2();
+        let Some(second) = self.second.as_ref().filter(is_read) else { return };
         let (slave, reads) = (second.slave(), second.is_reading());
         let Counts { start_ups, .. } = self.counts(slave);
         let before = self.before.get(&slave.number()).copied().unwrap_or_default().start_ups;

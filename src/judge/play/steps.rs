@@ -58,6 +58,8 @@ impl Judge {
     pub(super) fn inject(&mut self, now: Instant, scenario: usize, step: usize, faults: &mut Faults) {
         let Some(played) = self.scenarios.get(scenario) else { return };
         let setup = &self.observer.setup;
+        // The one that owns the slaves is not disturbed.
+        faults.only_of(self.observer.master().filter(|_| setup.is_class_2()));
         let (Some(step), Some(subject)) = (played.steps.get(step), played.subject(setup)) else {
             return;
         };

@@ -41,7 +41,10 @@ impl Report {
     /// What the judgement as a whole says. A row that failed only because the master ended is no verdict of a whole run.
     pub fn outcome(&self) -> Outcome {
         let by_ending: &[Row] = match &self.ending {
-            Ending::NoMaster | Ending::Noise | Ending::NoExchange { .. } => {
+            Ending::NoMaster
+            | Ending::Noise
+            | Ending::NoExchange { .. }
+            | Ending::NotRead { after: None, .. } => {
                 return Outcome::NoExchange(self.ending.to_string());
             }
             Ending::Silent { rows, .. } => rows,
@@ -50,6 +53,7 @@ impl Report {
             | Ending::Cut { .. }
             | Ending::Flood
             | Ending::Lost { .. }
+            | Ending::NotRead { after: Some(_), .. }
             | Ending::Breach
             | Ending::TimeOver
             | Ending::Stopped => &[],

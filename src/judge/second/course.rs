@@ -21,6 +21,8 @@ pub enum Course {
     Double,
     /// It has a ring by itself when the master is switched on, and lets it in.
     Runs,
+    /// It is of class 1, enters the ring, and exchanges data with its slaves without end.
+    Owns,
 }
 
 /// What it does with one token.
@@ -32,6 +34,8 @@ pub enum Duty {
     ReadDiagnosis,
     /// Reads the inputs of a slave, and passes the token.
     ReadInputs,
+    /// Asks each slave that it owns once, and passes the token.
+    Exchange,
     /// Passes the token on to a third master, which asks the FDL status of the master under test and passes the token back.
     PassOn,
     /// Asks until twice the target rotation time is over, and passes the token.
@@ -74,6 +78,7 @@ impl Course {
                 &[Duty::AskMaster, Duty::Hold, Duty::AskMaster, Duty::Hold, Duty::AskMaster, Duty::Ignore]
             }
             Self::Runs => &[Duty::Ignore],
+            Self::Owns => &[Duty::Exchange],
             Self::Double => &[Duty::AskMaster, Duty::SendAsMaster],
         }
     }
@@ -89,6 +94,7 @@ impl Course {
             Self::Slow => Row::R08,
             Self::Double => Row::R06,
             Self::Runs => Row::R10,
+            Self::Owns => Row::R09,
         }
     }
 }

@@ -42,8 +42,9 @@ impl Second {
     }
 
     /// A telegram of a station that ended now.
-    pub(in crate::judge) fn hear_station(&mut self, now: Instant) {
-        if matches!(self.state, State::Asking { whom, .. } if whom == self.line.slave) {
+    pub(in crate::judge) fn hear_station(&mut self, now: Instant, octets: &[u8]) {
+        if matches!(self.state, State::Asking { whom, .. } if whom != self.line.master) {
+            self.served(octets);
             self.go_on(now);
         }
     }
@@ -63,11 +64,16 @@ impl Second {
                 self.broken(Row::R01, Weight::Times(2), reason);
                 self.go_on(now);
             }
-            State::Asking { .. } => self.go_on(now),
+            State::Asking { .. } => {
+                self.served(&[]);
+                self.go_on(now);
+            }
             State::Passing { attempt, .. } if attempt < ATTEMPTS => {
                 self.state = State::Passing { attempt: attempt + 1, until: now };
                 self.repeat_token(now, self.line.own);
             }
+            // The master may be off for a while, and asks again.
+            State::Passing { .. } if self.is_owner() => self.state = State::Listening { refused: None },
             State::Passing { .. } => {
                 let row = self.course.row();
                 let reason = "the master did not take the token back from the second master";
@@ -114,6 +120,9 @@ impl Second {
 
     /// Its time is over: what was not seen.
     pub(in crate::judge) fn end(&mut self) {
+        if self.is_settled() {
+            return;
+        }
         let (row, own) = (self.course.row(), self.line.own);
         let reason = match self.state {
             State::Over => return,
@@ -133,6 +142,7 @@ impl Second {
         };
         let rows: &[Row] = match self.course {
             Course::Works => &[Row::R01, Row::R02, Row::R03, Row::R04, Row::R09],
+            Course::Owns => &[Row::R01, Row::R02, Row::R03, Row::R09],
             Course::Runs
             | Course::Third
             | Course::LeavesWithToken

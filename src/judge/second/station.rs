@@ -12,8 +12,11 @@ use std::collections::VecDeque;
 
 use super::course::{Course, Duty};
 use super::evidence::Evidence;
+use super::owner::Owned;
 use super::telegrams;
+use crate::judge::findings::Weight;
 use crate::judge::rows::Row;
+use crate::judge::setup::Setup;
 use crate::profibus::fdl::{Address, StationType};
 use crate::time::Instant;
 
@@ -54,6 +57,10 @@ pub(in crate::judge) struct Second {
     pub(super) line: Surroundings,
     pub(super) course: Course,
     duties: VecDeque<Duty>,
+    /// Its slaves, which of them is asked, and how many tokens it has had for them.
+    pub(super) owned: Vec<Owned>,
+    pub(super) serving: Option<usize>,
+    rounds: u32,
     pub(super) state: State,
     /// What it still does with the token.
     work: VecDeque<Work>,
@@ -135,6 +142,8 @@ enum Work {
     AskMaster,
     ReadDiagnosis,
     ReadInputs,
+    /// Asks this one of its slaves.
+    Serve(usize),
     /// Asks until then.
     HoldUntil(Instant),
     SendAsMaster,
@@ -147,7 +156,7 @@ enum Work {
 }
 
 impl Second {
-    pub(in crate::judge) fn new(course: Course, line: Surroundings) -> Self {
+    pub(in crate::judge) fn new(course: Course, line: Surroundings, setup: &Setup) -> Self {
         let state = match course {
             Course::Runs => State::Running { rounds: 0, asks: false, until: None },
             Course::Works
@@ -156,12 +165,16 @@ impl Second {
             | Course::Listens
             | Course::Strange
             | Course::Slow
+            | Course::Owns
             | Course::Double => State::Listening { refused: None },
         };
         Self {
             line,
             course,
             duties: course.duties().iter().copied().collect(),
+            owned: setup.present().filter(|_| course == Course::Owns).map(Owned::new).collect(),
+            serving: None,
+            rounds: 0,
             state,
             work: VecDeque::new(),
             next: None,
@@ -179,6 +192,16 @@ impl Second {
     /// Whether it has done everything.
     pub(in crate::judge) fn is_over(&self) -> bool {
         self.state == State::Over && self.next.is_none() && !self.sending
+    }
+
+    /// Whether it is the master of class 1 that owns the slaves, which stays.
+    pub(in crate::judge) fn is_owner(&self) -> bool {
+        self.course == Course::Owns
+    }
+
+    /// Whether that one has exchanged data with each of them.
+    pub(in crate::judge) fn is_settled(&self) -> bool {
+        self.is_owner() && self.owned.iter().all(|owned| owned.exchanges >= SETTLED)
     }
 
     /// The slave it reads.
@@ -300,12 +323,14 @@ impl Second {
     pub(super) fn take_token(&mut self, now: Instant) {
         self.shaky = false;
         self.taken = Some(now);
-        let Some(duty) = self.duties.pop_front() else {
+        let endless = self.is_owner().then_some(Duty::Exchange);
+        let Some(duty) = self.duties.pop_front().or(endless) else {
             self.state = State::Over;
             return;
         };
         self.work = match duty {
             Duty::AskMaster => [Work::AskMaster, Work::Pass].into(),
+            Duty::Exchange => self.serve(),
             Duty::ReadDiagnosis => [Work::ReadDiagnosis, Work::Pass].into(),
             Duty::ReadInputs => [Work::ReadInputs, Work::Pass].into(),
             Duty::Hold => {
@@ -328,6 +353,30 @@ impl Second {
             }
         };
         self.go_on(now);
+    }
+
+    /// Each of its slaves once, and now and then the master under test.
+    fn serve(&mut self) -> VecDeque<Work> {
+        if self.is_settled() {
+            self.held(Row::R09);
+        }
+        self.rounds += 1;
+        let asks = self.rounds.is_multiple_of(ASKS).then_some(Work::AskMaster);
+        (0..self.owned.len()).map(Work::Serve).chain(asks).chain([Work::Pass]).collect()
+    }
+
+    /// A slave that it owns has answered, or has not.
+    pub(super) fn served(&mut self, octets: &[u8]) {
+        let served = self.serving.take().and_then(|number| self.owned.get_mut(number));
+        if let Some(owned) = served
+            && owned.answered(octets)
+        {
+            let reason = format!(
+                "data exchange of the master of class 1 with station {} has ended: it answers with RS",
+                owned.address
+            );
+            self.evidence.push_back(Evidence::Broken(Row::R09, Weight::Once, reason));
+        }
     }
 
     /// How long a master may say nothing before it is stuck.
@@ -355,6 +404,12 @@ impl Second {
                 self.has_read = true;
                 self.state = State::Asking { whom: slave, until };
                 telegrams::rd_inp(slave, own)
+            }
+            Work::Serve(number) => {
+                let Some(owned) = self.owned.get(number) else { return self.go_on(now) };
+                self.serving = Some(number);
+                self.state = State::Asking { whom: owned.address, until };
+                owned.request(own)
             }
             Work::HoldUntil(end) if now < end => {
                 self.work.push_front(work);
@@ -435,5 +490,9 @@ impl Second {
     }
 }
 
+/// So many exchanges with each slave, and the master of class 1 works.
+const SETTLED: u32 = 10;
+/// It asks the master under test with every so many tokens.
+const ASKS: u32 = 8;
 /// So long it keeps the token at most.
 const LONGEST_SILENCE: Duration = Duration::from_secs(8);

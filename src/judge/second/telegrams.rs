@@ -1,13 +1,9 @@
 //! What a second master sends.
 
+use crate::profibus::dp;
 use crate::profibus::fdl::{
     Address, DataTelegram, FrameCount, FunctionCode, MAX_TELEGRAM_LEN, Sap, Service, StationType, Telegram,
 };
-
-/// The SAP of a master, and those of what it reads.
-const MASTER_SAP: u8 = 62;
-const SLAVE_DIAG_SAP: u8 = 60;
-const RD_INP_SAP: u8 = 56;
 
 /// SD4.
 pub(super) fn token(da: Address, sa: Address) -> Vec<u8> {
@@ -17,7 +13,7 @@ pub(super) fn token(da: Address, sa: Address) -> Vec<u8> {
 /// FDL status request.
 pub(super) fn status_request(da: Address, sa: Address) -> Vec<u8> {
     let fc = FunctionCode::request(Service::FdlStatus, FrameCount::Unused);
-    data(da, sa, None, fc)
+    data(da, sa, None, fc, &[])
 }
 
 /// The answer to one.
@@ -28,27 +24,34 @@ pub(super) fn status_response(da: Address, sa: Address, state: StationType) -> V
         StationType::MasterReady => 0x20,
         StationType::MasterInRing => 0x30,
     });
-    data(da, sa, None, fc)
+    data(da, sa, None, fc, &[])
 }
 
 /// Slave_Diag, as a class 2 master reads it.
 pub(super) fn slave_diag(da: Address, sa: Address) -> Vec<u8> {
-    read(da, sa, SLAVE_DIAG_SAP)
+    request(da, sa, dp::Service::SlaveDiag, FrameCount::First, &[])
 }
 
 /// RD_Inp.
 pub(super) fn rd_inp(da: Address, sa: Address) -> Vec<u8> {
-    read(da, sa, RD_INP_SAP)
+    request(da, sa, dp::Service::RdInp, FrameCount::First, &[])
 }
 
-fn read(da: Address, sa: Address, sap: u8) -> Vec<u8> {
-    data(da, sa, Sap::new(sap), FunctionCode::request(Service::SrdHigh, FrameCount::First))
+/// A request to a slave.
+pub(super) fn request(
+    da: Address,
+    sa: Address,
+    service: dp::Service,
+    count: FrameCount,
+    user: &[u8],
+) -> Vec<u8> {
+    data(da, sa, service.sap(), FunctionCode::request(Service::SrdHigh, count), user)
 }
 
-fn data(da: Address, sa: Address, dsap: Option<Sap>, fc: FunctionCode) -> Vec<u8> {
-    let ssap = dsap.and_then(|_| Sap::new(MASTER_SAP));
-    let format = DataTelegram::customary_format(dsap, ssap, &[]);
-    octets(&Telegram::Data(DataTelegram { format, da, sa, dsap, ssap, fc, data: &[] }))
+fn data(da: Address, sa: Address, dsap: Option<Sap>, fc: FunctionCode, data: &[u8]) -> Vec<u8> {
+    let ssap = dsap.and(dp::MASTER_SAP);
+    let format = DataTelegram::customary_format(dsap, ssap, data);
+    octets(&Telegram::Data(DataTelegram { format, da, sa, dsap, ssap, fc, data }))
 }
 
 fn octets(telegram: &Telegram<'_>) -> Vec<u8> {

@@ -274,6 +274,8 @@ mistakes! {
     FewStations ["M-I06"]
     /// A station that is not there costs more than the watchdog time of the others.
     SleepsForAbsent ["M-I07", "M-T08", "M-I03"]
+    /// One of class 2 parameterises a slave of another master. Seen only of such a one: tests/judge/class_two.rs.
+    TakesOver []
     // These need somebody who operates the master: `ASKED` in tests/judge/operated.rs names their rows.
     /// The first exchange with new outputs has half of them.
     TornOutputs []

@@ -61,6 +61,8 @@ pub(crate) struct Settings {
     /// The highest address of the GAP, and how many rotations are between two polls.
     pub(crate) hsa: u8,
     pub(crate) gap_factor: u32,
+    /// It is of class 2, and reads.
+    pub(crate) class_2: bool,
     /// Data_Control_Time of Auto_Clear.
     pub(crate) auto_clear: Option<Duration>,
     /// T_TR; without it the token is held for a whole cycle.
@@ -91,6 +93,7 @@ impl Settings {
             token: false,
             hsa: 30,
             gap_factor: 5,
+            class_2: false,
             auto_clear: None,
             ttr: None,
             stations: stations.iter().map(configured).collect(),
@@ -178,11 +181,11 @@ impl TestMaster {
                 _ => Instant::ZERO + settings.slot * (6 + 2 * u32::from(settings.address)),
             },
             ring: Ring::new(settings.address),
+            controls: if settings.class_2 { VecDeque::new() } else { VecDeque::from([(CLEAR, 0)]) },
             settings,
             mistake,
             slaves,
             turn: 0,
-            controls: VecDeque::from([(CLEAR, 0)]),
             cycles: 0,
             operate: false,
             cleared: false,
@@ -315,7 +318,7 @@ impl TestMaster {
         if self.cycles == 20 && !self.cleared && self.stop == Stop::No {
             self.operate = true;
         }
-        if self.cycles >= 20 && self.cycles.is_multiple_of(20) {
+        if self.cycles >= 20 && self.cycles.is_multiple_of(20) && !self.settings.class_2 {
             let undo = if self.does(Mistake::UndoesSync) { 0x10 } else { 0 };
             let silent = !self.operate && self.does(Mistake::NoClearData);
             let again = self.cycles > 20 && self.does(Mistake::AnnouncesOnce);
@@ -434,6 +437,7 @@ impl TestMaster {
         slave.lost |= was_there && slave.state == State::Exchange;
         slave.open = None;
         slave.retries = 0;
+        slave.reads += 1;
         slave.wants_diag = false;
         if mistake != Some(Mistake::NoReset) {
             slave.operational = false;

@@ -36,6 +36,7 @@ impl TestMaster {
             Decoded::Invalid { .. } if self.does(Mistake::GivesUpOnFcs) && octets.len() > 5 => {
                 let slave = &mut self.slaves[turn];
                 (slave.open, slave.operational, slave.retries) = (None, false, 0);
+                slave.reads += 1;
                 slave.restart(self.mistake);
                 self.waits = None;
                 self.turn += 1;
@@ -156,6 +157,9 @@ impl TestMaster {
     fn react(&mut self, turn: usize, status: Option<ReplyStatus>, data: &[u8]) {
         let own = self.settings.address;
         let mistake = self.mistake;
+        if self.settings.class_2 {
+            return self.read(turn, status, data);
+        }
         let slave = &mut self.slaves[turn];
         if self.stop == Stop::Releasing {
             return slave.restart(mistake);
@@ -237,6 +241,20 @@ impl TestMaster {
             }
             State::Exchange => self.exchanged(turn, status, data.len()),
         }
+    }
+
+    /// A master of class 2 takes whatever the slave says.
+    fn read(&mut self, turn: usize, status: Option<ReplyStatus>, data: &[u8]) {
+        self.slaves[turn].reads += 1;
+        self.dead |= match (self.mistake, status) {
+            (Some(Mistake::DiesOnLongDiag), _) => data.len() > 100,
+            (Some(Mistake::DiesOnMasterBits), _) => data.first().is_some_and(|octet| octet & 0x80 != 0),
+            (Some(Mistake::DiesOnUserError), Some(ReplyStatus::UserError)) => true,
+            (Some(Mistake::DiesOnRdl), Some(status)) => {
+                matches!(status, ReplyStatus::NoResourceDataLow | ReplyStatus::NoResourceDataHigh)
+            }
+            _ => false,
+        };
     }
 
     fn exchanged(&mut self, turn: usize, status: Option<ReplyStatus>, len: usize) {

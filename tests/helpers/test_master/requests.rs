@@ -8,10 +8,16 @@ use super::mistakes::Mistake;
 use super::slave::State;
 use super::{Beside, Configured, Stop, TestMaster};
 
+/// Slave_Diag, Get_Cfg, RD_Inp, RD_Outp.
+const READ: [u8; 4] = [60, 59, 56, 57];
+
 impl TestMaster {
     pub(super) fn ask(&mut self, turn: usize) -> Vec<u8> {
         let wants_diag = self.slaves[turn].wants_diag;
+        let takes = self.does(Mistake::TakesOver) && self.slaves[turn].turns.is_multiple_of(50);
         let (sap, data) = match self.slaves[turn].state {
+            _ if self.settings.class_2 && takes => (Some(61), self.prm(turn)),
+            _ if self.settings.class_2 => (Some(READ[self.slaves[turn].reads % READ.len()]), Vec::new()),
             _ if self.stop == Stop::Releasing => (Some(61), self.release(turn)),
             State::Exchange if wants_diag => (Some(60), Vec::new()),
             State::Exchange => (None, self.outputs(turn)),

@@ -50,6 +50,8 @@ pub(super) struct Slave {
     pub(super) first_asks: u32,
     /// Start-ups in a row with nothing unusual.
     pub(super) plain: u32,
+    /// What a master of class 2 has read of it.
+    pub(super) reads: usize,
     /// The last good exchange.
     pub(super) exchanged: Instant,
 }
@@ -81,6 +83,7 @@ impl Slave {
             faulty: false,
             first_asks: 0,
             plain: 0,
+            reads: 0,
             exchanged: Instant::ZERO,
         }
     }
