@@ -16,6 +16,8 @@ const FOR_NOTHING: u32 = 1;
 /// Scenarios that are played again for such a row are not longer than this, unless few rows are wanted.
 const SHORT: Duration = Duration::from_secs(2);
 const FEW_ROWS: usize = 12;
+/// So great a share of the time is played again with most masters.
+const USUAL_SHARE: f64 = 0.1;
 /// Between the seeds of a fault and of its repetition.
 const RESEED: u64 = 1000;
 /// Rows that no scenario is for are watched for so many cycles at least: what comes seldom comes three times.
@@ -57,6 +59,23 @@ impl Judge {
         }
         self.again.count += 1;
         Some(number)
+    }
+
+    /// How long scenarios that will be played again take, about, when so many were played: those whose rows are open though no
+    /// later one is for them, and as great a share of the others.
+    pub(super) fn time_again(&self, played: usize) -> Duration {
+        let (before, behind) = self.scenarios.split_at_checked(played).unwrap_or((&self.scenarios, &[]));
+        let later = |row: Row| behind.iter().any(|scenario| scenario.all_rows().any(|other| other == row));
+        let again = before.iter().filter(|scenario| {
+            let time = self.time_of(scenario);
+            scenario.is_repeatable() && scenario.all_rows().any(|row| !later(row) && self.is_worth(row, time))
+        });
+        let sum = |scenarios: &mut dyn Iterator<Item = &Scenario>| {
+            scenarios.map(|scenario| self.time_of(scenario)).sum::<Duration>()
+        };
+        let (again, all) = (sum(&mut again.into_iter()), sum(&mut before.iter()));
+        let share = if all.is_zero() { USUAL_SHARE } else { again.as_secs_f64() / all.as_secs_f64() };
+        again + sum(&mut behind.iter()).mul_f64(share.min(1.0))
     }
 
     /// Whether a scenario of this time is played again for a row.
@@ -152,5 +171,30 @@ impl Scenario {
     pub(super) fn is_repeatable(&self) -> bool {
         !self.rows.contains(&Row::L09)
             && self.steps.iter().all(|step| step.ask.is_none() && step.second.is_none())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::judge::setup::Setup;
+    use crate::profibus::fdl::Address;
+
+    #[test]
+    fn what_is_played_again_is_in_the_forecast() {
+        let slave = |number| Slave::new(Address::from_octet(number), 0x1234, vec![0x23, 0x13]);
+        let setup = Setup { stations: vec![slave(5), slave(6)], ..Setup::default() };
+        let mut judge = Judge::new(setup, &[Row::C03, Row::E01]);
+        let all: Duration = judge.scenarios.iter().map(|scenario| judge.time_of(scenario)).sum();
+        assert_eq!(judge.time_again(0), all.mul_f64(USUAL_SHARE));
+        // Every row is still open, then one of them.
+        let of_both = judge.time_again(judge.scenarios.len());
+        assert_eq!(of_both, all);
+        judge.observer.findings.held(Row::C03);
+        let of_one = judge.time_again(judge.scenarios.len());
+        assert!(of_one > Duration::ZERO && of_one < of_both, "{of_one:?} of {of_both:?}");
+        judge.observer.findings.held(Row::E01);
+        judge.observer.findings.held(Row::C12);
+        assert_eq!(judge.time_again(judge.scenarios.len()), Duration::ZERO);
     }
 }

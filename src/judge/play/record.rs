@@ -111,7 +111,9 @@ impl Judge {
         let rest = if repeated == 0 { self.scenarios.len() } else { 1 };
         let rest = self.scenarios.iter().skip(scenario).take(rest);
         let soak = self.soak.as_ref().map_or(Duration::ZERO, |soak| soak.left(self.record.now));
-        let left = rest.map(|scenario| self.time_of(scenario)).sum::<Duration>() + soak;
+        let rest = rest.map(|scenario| self.time_of(scenario)).sum::<Duration>();
+        let played = if repeated == 0 { scenario } else { self.scenarios.len() };
+        let left = rest + self.time_again(played) + soak;
         let name = self.scenarios.get(scenario).map(|played| played.name.clone());
         self.observer.findings.play(name);
         if let Some(played) = self.scenarios.get(scenario) {

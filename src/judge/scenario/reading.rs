@@ -11,7 +11,7 @@ const ENTER: Duration = Duration::from_secs(15);
 const ENTER_CYCLES: u32 = 400;
 /// Faults that only a start-up or data exchange gives an occasion to.
 const OF_EXCHANGE: [&str; 5] =
-    ["service=Set_Prm", "service=Chk_Cfg", "lose-prm", "state=DATA-EXCH", "diag-storm"];
+    ["service=Set_Prm", "service=Chk_Cfg", "lose-prm", "state=DATA-EXCH", "diag-announced"];
 /// Rows about a diagnosis, which it reads without being told.
 const DIAGNOSES: [Row; 2] = [Row::D08, Row::D16];
 
