@@ -14,7 +14,10 @@ use std::os::unix::fs::OpenOptionsExt;
 mod action;
 mod compared;
 mod configured;
+mod gitlab;
 mod masters;
+mod rings;
+mod wide;
 
 fn command(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_profidrive"));

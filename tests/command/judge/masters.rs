@@ -47,8 +47,11 @@ impl Running {
         Self::of_stations(&[5, 6], link, actions)
     }
 
-    fn of_stations(stations: &[u8], mut link: Box<dyn Link + Send>, actions: Option<PathBuf>) -> Self {
-        let settings = Settings::new(stations, Duration::from_millis(100));
+    fn of_stations(stations: &[u8], link: Box<dyn Link + Send>, actions: Option<PathBuf>) -> Self {
+        Self::with(Settings::new(stations, Duration::from_millis(100)), link, actions)
+    }
+
+    fn with(settings: Settings, mut link: Box<dyn Link + Send>, actions: Option<PathBuf>) -> Self {
         let end = Arc::new(AtomicBool::new(false));
         let ends = Arc::clone(&end);
         let thread = thread::spawn(move || {
@@ -70,6 +73,10 @@ impl Running {
         Self::of_stations(stations, Box::new(Terminal::open(path, BaudRate::K500).unwrap()), None)
     }
 
+    pub(super) fn configured(path: &Path, settings: Settings) -> Self {
+        Self::with(settings, Box::new(Terminal::open(path, BaudRate::K500).unwrap()), None)
+    }
+
     fn on_terminal(path: &Path, actions: Option<PathBuf>) -> Self {
         Self::start(Box::new(Terminal::open(path, BaudRate::K500).unwrap()), actions)
     }
@@ -84,7 +91,7 @@ impl Drop for Running {
 }
 
 /// What the judge says of a master that is right, to the end. Returns its log.
-fn passed(mut stdout: BufReader<ChildStdout>, mut child: Child, passes: &[&str]) -> String {
+pub(super) fn passed(mut stdout: BufReader<ChildStdout>, mut child: Child, passes: &[&str]) -> String {
     let mut table = String::new();
     stdout.read_to_string(&mut table).unwrap();
     let mut log = String::new();
