@@ -97,6 +97,22 @@ fn the_gear_makes_puu() {
 }
 
 #[test]
+fn the_positioning_option_says_what_a_relative_target_counts_from() {
+    for (option, expected) in [(0, 21), (1, 16), (2, 16)] {
+        let mut rig = in_pp();
+        rig.set(0x60F2, 0, option);
+        travel(&mut rig, 20 * REV, 0x10);
+        while i64::from(rig.position()) < 15 * REV {
+            rig.pass(millis(1));
+        }
+        travel(&mut rig, REV, 0x70);
+        rig.until(REACHED, REACHED, millis(10_000));
+        let turns = (f64::from(rig.position()) / REV as f64).round();
+        assert_eq!(turns as i64, expected, "60F2h = {option}");
+    }
+}
+
+#[test]
 fn dp_02_the_following_error_is_bit_13_and_al009() {
     let mut rig = in_pp();
     rig.start();

@@ -5,8 +5,9 @@ use profidrive::can_bus::canopen::dictionary;
 use profidrive::can_bus::canopen::dictionary::{Access, Default, Home, Mapping};
 use profidrive::can_bus::canopen::value::DataType;
 use profidrive::can_bus::canopen::{Address, NodeId};
-use profidrive::devices::asda_a2::Level;
-use profidrive::devices::asda_a2::canopen::AsdaA2;
+use profidrive::devices::CanopenDevice;
+use profidrive::devices::asda_a2::canopen::{AsdaA2, Quirks};
+use profidrive::devices::asda_a2::{Config, Level};
 
 use crate::asda_a2_node::{NODE, Rig, millis};
 
@@ -16,6 +17,9 @@ const TABLE: &str = include_str!("../helpers/asda_a2_node/objects.tsv");
 const READ_ONLY: u32 = 0x0601_0002;
 const RANGE: u32 = 0x0609_0030;
 const LENGTH: u32 = 0x0607_0010;
+
+/// How the names of parameters end that are kept only.
+const WITHOUT_EFFECT: &str = " (stored, no effect)";
 
 struct Row {
     at: Address,
@@ -99,7 +103,8 @@ fn the_tables_have_no_problem() {
 #[test]
 fn do_01_the_table_is_the_dictionary_of_the_reference_row_by_row() {
     let objects = AsdaA2::objects(Level::Full);
-    let mut entries = objects.iter().flat_map(|object| {
+    let known = objects.iter().filter(|object| !object.name.ends_with(WITHOUT_EFFECT));
+    let mut entries = known.flat_map(|object| {
         object.entries.iter().map(|entry| (Address { index: object.index, sub: entry.sub }, entry))
     });
     let mut count = 0;
@@ -196,8 +201,72 @@ fn do_02_read_only_range_and_length() {
     for (index, value) in [(0x2309, 0x9901), (0x230A, 0x0011), (0x230B, 0x00F1), (0x230C, 0x0111)] {
         assert_eq!(rig.write(index, 0, value), Ok(()), "{index:04X}h := {value:04X}h");
     }
-    assert_eq!(rig.write(0x2200, 0, 0), Err(0x0602_0000), "CN-237");
     assert_eq!(rig.read(0x1018, 4), Err(0x0609_0011));
+}
+
+#[test]
+fn parameters_without_a_function_are_kept_and_have_no_effect() {
+    let objects = AsdaA2::objects(Level::Full);
+    let stored: Vec<_> = objects
+        .iter()
+        .filter(|object| object.name.ends_with(WITHOUT_EFFECT))
+        .map(|o| (o.index.0, o.name))
+        .collect();
+    // Groups 0 to 7 without the 19 that the table above has.
+    assert_eq!(stored.len(), 47 + 78 + 72 + 13 + 25 + 100 + 100 + 28 - 19);
+    for (index, name) in [(0x2000, "P0-00"), (0x220A, "P2-10"), (0x2216, "P2-22"), (0x2663, "P6-99")] {
+        assert!(stored.contains(&(index, &*format!("{name}{WITHOUT_EFFECT}"))), "{name}");
+    }
+    let mut rig = Rig::full();
+    for (index, value, len) in [(0x2200, -35, 2), (0x220A, 0x101, 2), (0x2605, -70_000, 4)] {
+        assert_eq!(rig.read(index, 0), Ok(0));
+        assert_eq!(rig.write_len(index, 0, value as u32, len), Ok(()));
+        assert_eq!(rig.write_len(index, 0, value as u32, 6 - len), Err(LENGTH));
+    }
+    rig.set(0x1010, 1, 0x6576_6173);
+    rig.set(0x2200, 0, 1);
+    rig.nmt(0x81);
+    assert_eq!([rig.read(0x2200, 0), rig.read(0x220A, 0)], [Ok(0xFFDD), Ok(0x101)], "as saved");
+    assert_eq!(rig.signed(0x2605), -70_000);
+    let mut memory = [0; 4096];
+    let len = rig.device.node().image(rig.device.application(), &mut memory).unwrap();
+    let mut other = Rig::full();
+    other.device = AsdaA2::new(Config::new(NODE), Quirks::default(), other.now);
+    other.device.recall(other.now, &memory[..len]).unwrap();
+    other.device.power_on(other.now);
+    assert_eq!([other.read(0x2200, 0), other.read(0x2201, 0)], [Ok(0xFFDD), Ok(0)], "from the image");
+    rig.set(0x1011, 1, 0x6461_6F6C);
+    rig.nmt(0x81);
+    assert_eq!([rig.read(0x2200, 0), rig.read(0x2605, 0)], [Ok(0); 2], "defaults");
+}
+
+#[test]
+fn digit_c_of_p1_01_forgets_the_inputs_and_outputs_with_another_mode() {
+    for (control_mode, kept) in [(0x000C, 0x101), (0x100C, 0)] {
+        let mut rig = Rig::full();
+        rig.set(0x2101, 0, control_mode);
+        rig.set(0x6060, 0, 1);
+        for index in [0x2209, 0x220A, 0x2216] {
+            rig.set(index, 0, 0x101);
+        }
+        rig.set(0x6060, 0, 3);
+        assert_eq!([rig.read(0x220A, 0), rig.read(0x2216, 0)], [Ok(kept); 2], "{control_mode:04X}h");
+        assert_eq!(rig.read(0x2209, 0), Ok(0x101), "P2-09 is none of them");
+    }
+}
+
+#[test]
+fn parameters_without_a_function_are_absent_if_they_shall_be() {
+    let quirks = Quirks { other_parameters_absent: true, ..Quirks::default() };
+    let mut rig = Rig::with(Config::new(NODE), quirks);
+    for index in [0x2000, 0x2200, 0x220A, 0x2700] {
+        assert_eq!(rig.write(index, 0, 0), Err(0x0602_0000), "CN-237");
+    }
+    assert_eq!(rig.read(0x2223, 0), Ok(3_840_000));
+    let mut rig = Rig::full();
+    for index in [0x202F, 0x230D, 0x2664, 0x271C] {
+        assert_eq!(rig.read(index, 0), Err(0x0602_0000), "{index:04X}h: the drive has no such parameter");
+    }
 }
 
 #[test]

@@ -270,6 +270,10 @@ impl Servo {
         if mode == self.mode {
             return;
         }
+        // P1-01.C; no default of a mode is documented but 0.
+        if self.mode.is_some() && self.settings.of(Setting::ControlMode) >> 12 == 1 {
+            self.settings.forget_inputs_and_outputs();
+        }
         self.clear_targets();
         self.homing_axis = None;
         if self.state == State::OperationEnabled && self.stopping.is_none() {

@@ -14,6 +14,7 @@
 //! | [`alarm`] | alarms: numbers, error codes, texts |
 //! | [`settings`] | every value that can be set, with its names on CANopen |
 //! | `on_canopen` | how a setting looks there |
+//! | `stored` | parameters without effect |
 //! | [`inputs`] | load, switches, supply |
 //! | [`plant`] | motor and load |
 //! | `profile` | motion with limited velocity and accelerations |
@@ -37,6 +38,7 @@ mod position;
 mod profile;
 pub mod settings;
 pub mod status;
+mod stored;
 
 use core::time::Duration;
 
@@ -284,6 +286,16 @@ impl Servo {
         if setting == Setting::SpecialWrite {
             self.special_write(before, value);
         }
+    }
+
+    /// Sets a parameter without effect.
+    pub(crate) fn set_stored(&mut self, place: usize, value: i32) {
+        self.settings.set_stored(place, value);
+    }
+
+    /// Sets a parameter without effect that comes back with a start, as read from a memory.
+    pub(crate) fn recall_stored(&mut self, place: usize, value: i32) {
+        self.kept.set_stored(place, value);
     }
 
     /// What surrounds the drive.

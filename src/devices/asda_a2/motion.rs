@@ -7,7 +7,7 @@ use super::homing::{Homing, Method, Progress, Speeds};
 use super::inputs::{Axis, Closed, Switches};
 use super::interpolation::{Interpolation, Point};
 use super::plant::{Drive, INCREMENTS_PER_REVOLUTION, POSITION_GAIN, approach};
-use super::position::{SetPoint, SetPoints};
+use super::position::{From, Here, SetPoint, SetPoints};
 use super::profile::{Demand, Ramp, acceleration};
 use super::settings::{Digit, Setting};
 use super::{Level, STEP_SECONDS, Servo};
@@ -68,10 +68,11 @@ impl Servo {
     pub(super) fn control_mode_bits(&mut self, word: Controlword, before: Controlword) {
         let rises = word.rises(before, Controlword::NEW_SET_POINT);
         let set_point = self.set_point(word.has(Controlword::RELATIVE));
+        let here = Here { demand: self.demand.position, shaft: self.plant.position };
         match &mut self.motion {
             Motion::Position(points) => {
                 if rises {
-                    points.take(set_point, word.has(Controlword::CHANGE_IMMEDIATELY));
+                    points.take(set_point, word.has(Controlword::CHANGE_IMMEDIATELY), here);
                     self.in_window = 0;
                 } else if !word.has(Controlword::NEW_SET_POINT) {
                     points.release();
@@ -90,7 +91,11 @@ impl Servo {
 
     fn set_point(&self, relative: bool) -> SetPoint {
         let target = self.settings.of(Setting::TargetPosition) as f64 * self.gear();
-        let target = if relative { target } else { target + self.origin };
+        let (target, from) = if relative {
+            (target, From::of_option(self.settings.of(Setting::PositioningOption)))
+        } else {
+            (target + self.origin, From::Zero)
+        };
         let velocity =
             (self.settings.of(Setting::ProfileVelocity) as f64 * self.gear()).min(self.top_speed());
         let ramp = Ramp {
@@ -98,7 +103,7 @@ impl Servo {
             acceleration: acceleration(self.settings.of(Setting::Acceleration)),
             deceleration: acceleration(self.settings.of(Setting::Deceleration)),
         };
-        SetPoint { target, relative, ramp }
+        SetPoint { target, from, ramp }
     }
 
     fn start_homing(&mut self) {
@@ -238,7 +243,7 @@ impl Servo {
                 let limits = self.soft_limits();
                 let was_done = points.is_done();
                 let before = self.demand;
-                let side = points.step(&mut self.demand, limits, STEP_SECONDS);
+                let side = points.step(&mut self.demand, self.plant.position, limits, STEP_SECONDS);
                 self.motion = Motion::Position(points);
                 if !was_done {
                     self.at_soft_limit(side);

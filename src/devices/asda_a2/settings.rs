@@ -4,6 +4,7 @@ use super::Level::{Full, Half};
 use super::on_canopen::Form::{HighWord, LowWord, Rates, Shutdown, Tenth};
 use super::on_canopen::{Name, object};
 use super::plant::Motor;
+use super::stored;
 use crate::face::DataType::{I8, I16, I32, U8, U16, U32};
 
 /// What of a value survives.
@@ -199,7 +200,7 @@ settings! {
         [object(0x60C5, 0, U32, "Max acceleration")];
     MaxDeceleration = 200, (0, U32_MAX), Stored, "60C6h, without effect: no unit is given.",
         [object(0x60C6, 0, U32, "Max deceleration")];
-    PositioningOption = 0, (0, U16_MAX), Stored, "60F2h, without effect.",
+    PositioningOption = 0, (0, U16_MAX), Stored, "60F2h: bits 0 and 1 say what a relative target counts from.",
         [object(0x60F2, 0, U16, "Positioning option code")];
     TargetVelocity = 0, I32_RANGE, Volatile, "60FFh in 0.1 rpm.",
         [object(0x60FF, 0, I32, "Target velocity")];
@@ -234,12 +235,13 @@ impl Digit {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Settings {
     values: [i64; COUNT],
+    stored: [i32; stored::COUNT],
 }
 
 impl Settings {
     /// As delivered.
     pub(crate) fn new() -> Self {
-        let mut settings = Self { values: [0; COUNT] };
+        let mut settings = Self { values: [0; COUNT], stored: [0; stored::COUNT] };
         for &setting in Setting::ALL {
             settings.set(setting, setting.default());
         }
@@ -259,6 +261,24 @@ impl Settings {
         }
     }
 
+    /// The value of a parameter without effect.
+    pub(crate) fn stored(&self, place: usize) -> i32 {
+        self.stored.get(place).copied().unwrap_or_default()
+    }
+
+    pub(super) fn set_stored(&mut self, place: usize, value: i32) {
+        if let Some(stored) = self.stored.get_mut(place) {
+            *stored = value;
+        }
+    }
+
+    /// P2-10 to P2-22: 0.
+    pub(super) fn forget_inputs_and_outputs(&mut self) {
+        for place in (0x220A..=0x2216).filter_map(|index| stored::place((index, 0))) {
+            self.set_stored(place, 0);
+        }
+    }
+
     /// A digit of a value.
     pub(crate) fn digit(&self, setting: Setting, digit: Digit) -> u8 {
         digit.of(self.of(setting))
@@ -266,6 +286,7 @@ impl Settings {
 
     /// Values as they are after a start, from those that are kept.
     pub(super) fn start(&mut self, kept: &Self) {
+        self.stored = kept.stored;
         let keeps_all = kept.digit(Setting::QuickStopOptions, Digit::Z) == 1;
         for &setting in Setting::ALL {
             let value = match setting.keeping() {
@@ -279,6 +300,7 @@ impl Settings {
 
     /// Takes over what can be stored.
     pub(super) fn keep(&mut self, values: &Self) {
+        self.stored = values.stored;
         for &setting in Setting::ALL {
             match setting.keeping() {
                 Keeping::Stored | Keeping::Reloaded | Keeping::Address => {
@@ -291,6 +313,7 @@ impl Settings {
 
     /// Brings the defaults back.
     pub(super) fn restore(&mut self) {
+        self.stored = [0; stored::COUNT];
         for &setting in Setting::ALL {
             match setting.keeping() {
                 Keeping::Stored | Keeping::Reloaded | Keeping::Volatile => {

@@ -9,7 +9,7 @@ use crate::can_bus::canopen::{
     Source, Sub, Value, Written, dictionary,
 };
 use crate::can_bus::cia402::{Controlword, Mode, Statusword};
-use crate::devices::asda_a2::{Alarm, Config, Event, Servo, Setting};
+use crate::devices::asda_a2::{Alarm, Config, Event, Servo, Setting, stored};
 use crate::time::Instant;
 
 /// Requests that wait for the node; more are not taken.
@@ -26,16 +26,19 @@ pub(super) struct Drive {
     pub(super) servo: Servo,
     state: NmtState,
     requests: Deque<Request, MAX_REQUESTS>,
+    /// It has the parameters without effect.
+    stored: bool,
 }
 
 impl Drive {
-    pub(super) fn new(config: Config, now: Instant) -> Self {
-        Self { servo: Servo::new(config, now), state: NmtState::PreOperational, requests: Deque::new() }
+    pub(super) fn new(config: Config, stored: bool, now: Instant) -> Self {
+        let servo = Servo::new(config, now);
+        Self { servo, state: NmtState::PreOperational, requests: Deque::new(), stored }
     }
 
     /// The objects of the level in force.
     pub(super) const fn table(&self) -> &'static [Object] {
-        objects::of(self.servo.level())
+        objects::of(self.servo.level(), self.stored)
     }
 
     fn link(&self, at: Address) -> Option<&'static Link> {
@@ -126,9 +129,10 @@ impl Application for Drive {
     }
 
     fn read(&self, at: Address) -> Result<Value<'_>, Abort> {
-        let number = match self.link(at) {
-            Some(link) => link.read(self.servo.settings()),
-            None => self.actual(at)?,
+        let number = match (self.link(at), stored::place(at.pair())) {
+            (Some(link), _) => link.read(self.servo.settings()),
+            (None, Some(place)) => self.servo.settings().stored(place).into(),
+            (None, None) => self.actual(at)?,
         };
         self.value(at, number)
     }
@@ -144,6 +148,14 @@ impl Application for Drive {
         if at == CONTROLWORD {
             self.servo.advance(now);
             self.servo.control(Controlword(u16::try_from(number).map_err(|_| Abort::INTERNAL)?));
+            return Ok(Written::Done);
+        }
+        if let Some(place) = stored::place(at.pair()) {
+            let value = i32::try_from(number).map_err(|_| Abort::RANGE)?;
+            match source {
+                Source::Image => self.servo.recall_stored(place, value),
+                Source::Sdo | Source::Rpdo(_) => self.servo.set_stored(place, value),
+            }
             return Ok(Written::Done);
         }
         let link = self.link(at).ok_or(Abort::INTERNAL)?;
@@ -217,6 +229,13 @@ impl Application for Drive {
     }
 
     fn kept(&self, at: Address) -> Result<Value<'_>, Abort> {
+        if let Some(place) = stored::place(at.pair()) {
+            // An image names those that were written.
+            return match self.servo.kept().stored(place) {
+                0 => Err(Abort::NO_DATA),
+                number => self.value(at, number.into()),
+            };
+        }
         let link = self.link(at).ok_or(Abort::NO_DATA)?;
         self.value(at, link.read(self.servo.kept()))
     }

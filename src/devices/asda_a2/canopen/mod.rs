@@ -66,7 +66,7 @@ impl AsdaA2 {
         let config = Config { bus_error_coasts: coasts, ..config };
         Self {
             node: Node::new(quirks.policy()),
-            drive: Drive::new(config, now),
+            drive: Drive::new(config, !quirks.other_parameters_absent, now),
             quirks,
             seen: heapless::Vec::new(),
         }
@@ -81,7 +81,7 @@ impl AsdaA2 {
 
     /// The object dictionary of a level.
     pub const fn objects(level: Level) -> &'static [Object] {
-        objects::of(level)
+        objects::of(level, true)
     }
 
     /// The drive, to look at.

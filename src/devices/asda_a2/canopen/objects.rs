@@ -7,18 +7,23 @@ use crate::can_bus::canopen::{Entry, Object};
 use crate::devices::asda_a2::Level;
 use crate::devices::asda_a2::on_canopen::Name;
 use crate::devices::asda_a2::settings::Keeping;
+use crate::devices::asda_a2::stored::STORED;
 use crate::face::ObjectEntry;
 
-/// The objects of a level.
-pub(super) const fn of(level: Level) -> &'static [Object] {
-    match level {
-        Level::Half => &HALF,
-        Level::Full => &FULL,
+/// The objects of a level, with the parameters without effect or without them.
+pub(super) const fn of(level: Level, stored: bool) -> &'static [Object] {
+    match (level, stored) {
+        (Level::Half, true) => &HALF,
+        (Level::Full, true) => &FULL,
+        (Level::Half, false) => &HALF_ALONE,
+        (Level::Full, false) => &FULL_ALONE,
     }
 }
 
-static HALF: [Object; 103] = objects(Level::Half, OTHERS_HALF);
-static FULL: [Object; 103] = objects(Level::Full, OTHERS_FULL);
+static HALF: [Object; 103 + STORED.len()] = objects(Level::Half, OTHERS_HALF, &STORED_ENTRIES);
+static FULL: [Object; 103 + STORED.len()] = objects(Level::Full, OTHERS_FULL, &STORED_ENTRIES);
+static HALF_ALONE: [Object; 103] = objects(Level::Half, OTHERS_HALF, &[]);
+static FULL_ALONE: [Object; 103] = objects(Level::Full, OTHERS_FULL, &[]);
 
 const OTHERS_HALF: &[Object] = &others(Level::Half);
 const OTHERS_FULL: &[Object] = &others(Level::Full);
@@ -37,28 +42,50 @@ const fn entries() -> [[Entry; 1]; LINKS.len()] {
     entries
 }
 
-/// The settings among the other objects, sorted by index.
+static STORED_ENTRIES: [[Entry; 1]; STORED.len()] = stored_entries();
+
 #[expect(clippy::indexing_slicing, reason = "runs in the compiler only")]
-const fn objects<const N: usize>(level: Level, others: &[Object]) -> [Object; N] {
-    let mut objects = [const { Object::array(0, "", &[]) }; N];
-    let (mut count, mut other, mut place) = (0, 0, 0);
-    while place < LINKS.len() {
-        let index = LINKS[place].name.object.at.0;
-        while other < others.len() && others[other].index.0 < index {
-            objects[count] = Object { ..others[other] };
-            (count, other) = (count + 1, other + 1);
-        }
-        if LINKS[place].is_alone(level) {
-            objects[count] = Object::var(index, &ENTRIES[place]);
-            count += 1;
-        }
+const fn stored_entries() -> [[Entry; 1]; STORED.len()] {
+    let mut entries = [const { [highest(0)] }; STORED.len()];
+    let mut place = 0;
+    while place < STORED.len() {
+        let ObjectEntry { at: (_, sub), data, name } = STORED[place];
+        entries[place] = [Entry::rw(sub, name, data).number(0).to_pdo().stored()];
         place += 1;
     }
-    while other < others.len() {
-        objects[count] = Object { ..others[other] };
-        (count, other) = (count + 1, other + 1);
+    entries
+}
+
+/// The settings and the parameters without effect among the other objects, sorted by index.
+#[expect(clippy::indexing_slicing, reason = "runs in the compiler only")]
+const fn objects<const N: usize>(
+    level: Level,
+    others: &[Object],
+    stored: &'static [[Entry; 1]],
+) -> [Object; N] {
+    const END: u16 = u16::MAX;
+    let mut objects = [const { Object::array(0, "", &[]) }; N];
+    let (mut count, mut other, mut link, mut place) = (0, 0, 0, 0);
+    while count < N {
+        while link < LINKS.len() && !LINKS[link].is_alone(level) {
+            link += 1;
+        }
+        let a = if other < others.len() { others[other].index.0 } else { END };
+        let b = if link < LINKS.len() { LINKS[link].name.object.at.0 } else { END };
+        let c = if place < stored.len() { STORED[place].at.0 } else { END };
+        if a < b && a < c {
+            objects[count] = Object { ..others[other] };
+            other += 1;
+        } else if b < c {
+            objects[count] = Object::var(b, &ENTRIES[link]);
+            link += 1;
+        } else {
+            objects[count] = Object::var(c, &stored[place]);
+            place += 1;
+        }
+        count += 1;
     }
-    assert!(count == N, "another number of objects");
+    assert!(other == others.len() && place == stored.len(), "another number of objects");
     objects
 }
 

@@ -24,7 +24,8 @@
 //! | CN-231 | 6040h is taken in PRE-OPERATIONAL | fixed: nothing restricts it |
 //! | CN-232, CN-233 | 1010h, 1011h read 1; defaults act with the next reset | fixed |
 //! | CN-235 | 1006h counts in half CANopen only, 1000 to 20000 us | fixed |
-//! | CN-237, CN-238 | parameters that the guide names, I16 unless their object has 32 bits | fixed |
+//! | CN-237 | parameters that the guide does not name: stored, without effect | [`Quirks::other_parameters_absent`] |
+//! | CN-238 | types: I32 as their object, and in P5, P6, P7; else I16 | fixed |
 
 use crate::can_bus::canopen::Abort;
 use crate::can_bus::canopen::Policy;
@@ -42,6 +43,9 @@ pub struct Quirks {
     /// CN-224: P3-10.Y = 0 and an error of the bus: the servo goes off and the motor coasts. Off by default: the motor keeps
     /// running under the last command.
     pub bus_error_coasts: bool,
+    /// CN-237: parameters without a function in this device do not exist. Off by default: they are kept and have no effect,
+    /// so that a start-up list goes on.
+    pub other_parameters_absent: bool,
 }
 
 /// Every choice by its name, in the order of the reference.
@@ -66,6 +70,13 @@ pub const QUIRKS: &[Quirk<Quirks>] = &[
         about: "the motor after an error of the bus while P3-10.Y is 0: runs under the last command, or coasts with the servo off",
         values: &["runs", "coasts"],
         choose: |quirks, value| quirks.bus_error_coasts = value == 1,
+    },
+    Quirk {
+        name: "other-parameters",
+        register: "CN-237",
+        about: "P-parameters without a function in this device: stored without effect, or absent (06020000h)",
+        values: &["stored", "absent"],
+        choose: |quirks, value| quirks.other_parameters_absent = value == 1,
     },
 ];
 

@@ -8,7 +8,7 @@ use crate::devices::vocabulary::{REGISTER, cia_301_emcy, cia_402_bits, cia_402_c
 /// The words of the ASDA-A2 that follows CiA 402.
 pub const VOCABULARY: Vocabulary = Vocabulary {
     name: "ASDA-A2",
-    objects: objects::of(Level::Full),
+    objects: objects::of(Level::Full, true),
     complete: true,
     parameter: |_| None,
     choice: cia_402_choice,
