@@ -26,7 +26,7 @@ use super::moment::Moment;
 use super::observer::{Observer, Sight};
 use super::report::Report;
 use super::rows::Row;
-use super::scenario::{Scenario, asking, built_in, joining, reading, ring};
+use super::scenario::{Scenario, asking, built_in, double, joining, reading, ring};
 use super::second::Second;
 use super::setup::Setup;
 use super::station::connect;
@@ -67,6 +67,8 @@ pub struct Judge {
     wanted: Vec<Row>,
     scenarios: Vec<Scenario>,
     next: usize,
+    /// What is played when everything else was.
+    last: Option<Scenario>,
     phase: Phase,
     /// The first telegram of the master.
     started: Option<Instant>,
@@ -132,15 +134,18 @@ impl Judge {
 
     pub(super) fn seeing(setup: Setup, wanted: &[Row], sight: Sight) -> Self {
         let mut scenarios = if setup.is_class_2() { reading(&setup) } else { built_in(&setup) };
-        scenarios.extend(ring(matches!(sight, Sight::Exact(_))));
+        scenarios.extend(ring());
         scenarios.retain(|scenario| scenario.is_for(wanted));
         let mut observer = Observer::new(setup, sight);
         let scenarios = playable(scenarios, &mut observer);
+        let last =
+            Some(double()).filter(|last| last.is_for(wanted) && last.obstacle(&observer.setup).is_none());
         Self {
             observer,
             wanted: wanted.to_vec(),
             scenarios,
             next: 0,
+            last,
             phase: Phase::Waiting,
             started: None,
             begun: None,
@@ -376,7 +381,14 @@ impl Judge {
         } else if let Some(watching) = self.watch_on(now) {
             self.phase = watching;
         } else if !self.soak_on(now, bus, faults) {
-            self.end(Ending::Done);
+            match self.last.take() {
+                Some(last) => {
+                    self.scenarios.push(last);
+                    self.again.is_over = true;
+                    self.go_on(now, bus, faults);
+                }
+                None => self.end(Ending::Done),
+            }
         }
     }
 

@@ -177,7 +177,7 @@ rows! {
         "an unanswered GAP poll is not repeated"
     K07 "M-K07" Token 1 B [Serial, Virtual]
         "before it sends anything a master listens for T_TO = T_SL (6 + 2 address)"
-    K08 "M-K08" Token 1 A [Virtual]
+    K08 "M-K08" Token 1 A [Pty]
         "T_TH: data traffic and GAP do not block each other permanently"
     C01 "M-C01" FrameCount 1 A [Pty]
         "the first request to a station: FCV = 0, FCB = 1"
@@ -415,13 +415,13 @@ rows! {
         "after passing the token: silence until it comes back"
     R04 "M-R04" SecondMaster 1 B [Pty]
         "a token that no station takes is passed again (twice more), then the station is dropped and the next one, or itself, gets it"
-    R05 "M-R05" SecondMaster 1 C [Virtual]
+    R05 "M-R05" SecondMaster 1 C [Pty]
         "a token from an unknown predecessor is taken at the second attempt only"
-    R06 "M-R06" SecondMaster 1 C [Virtual]
+    R06 "M-R06" SecondMaster 1 C [Pty]
         "hearing its own address as SA twice: leaves the ring"
     R07 "M-R07" SecondMaster 1 A [Margin, Virtual]
         "no activity for T_TO: claims the token"
-    R08 "M-R08" SecondMaster 1 A [Virtual]
+    R08 "M-R08" SecondMaster 1 A [Pty]
         "the token is given back within the target rotation time; one high-priority cycle is always allowed"
     R09 "M-R09" SecondMaster 2 B [Pty]
         "a class-2 master's requests to its slaves (Slave_Diag, RD_Inp) have no effect on its operation"

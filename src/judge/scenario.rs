@@ -24,7 +24,7 @@ mod ring;
 pub use super::second::{Course, Duty};
 pub use list::{asking, built_in};
 pub(super) use reading::reading;
-pub(super) use ring::{joining, ring};
+pub(super) use ring::{double, joining, ring};
 
 /// Something the stations do on purpose.
 #[derive(Clone, Debug, PartialEq)]

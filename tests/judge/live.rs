@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use profidrive::host::link::memory::Wire;
 use profidrive::host::{Stop, SystemClock};
-use profidrive::judge::{Judge, Progress, Report, Row, Verdict, live};
+use profidrive::judge::{Judge, Progress, Report, Row, Setup, Verdict, live};
 use profidrive::time::BaudRate;
 
 use crate::configured::setup;
@@ -19,7 +19,7 @@ fn judged(mistake: Option<Mistake>, rows: &[Row]) -> Report {
 }
 
 fn judged_as(settings: Settings, mistake: Option<Mistake>, rows: &[Row]) -> Report {
-    let setup = setup(&settings, &[9]);
+    let setup = Setup { ttr: settings.ttr, ..setup(&settings, &[9]) };
     let wire = Wire::new();
     let (mut master_end, judge_end) = (wire.end(), wire.end());
     let end = Arc::new(AtomicBool::new(false));
@@ -93,12 +93,29 @@ fn no_master_ends_the_judgement_after_ten_seconds() {
 /// The ring alone takes less than 15 s: it is a part of every judgement of a master that passes the token.
 #[test]
 fn a_second_master_is_played_in_real_time() {
-    let settings = || Settings { token: true, ..Settings::new(&[5, 6], Duration::from_millis(100)) };
-    let seen = ["M-R01", "M-R02", "M-R03", "M-R04", "M-R07", "M-R09"].map(|id| Row::named(id).unwrap());
+    let settings = || Settings {
+        token: true,
+        ttr: Some(Duration::from_millis(500)),
+        ..Settings::new(&[5, 6], Duration::from_millis(50))
+    };
+    let seen = ["M-R01", "M-R02", "M-R03", "M-R04", "M-R05", "M-R06", "M-R07", "M-R08", "M-R09"]
+        .map(|id| Row::named(id).unwrap());
     let begin = std::time::Instant::now();
     let report = judged_as(settings(), None, &seen);
     assert!(report.judgements.iter().all(|judged| judged.verdict == Verdict::Pass), "{report}");
     assert!(begin.elapsed() < Duration::from_secs(20), "{:?}", begin.elapsed());
-    let report = judged_as(settings(), Some(Mistake::PassesOnce), &[Row::R04]);
-    assert_eq!(report.judgements[0].verdict, Verdict::Fail, "{report}");
+    let mistakes = [
+        (Mistake::PassesOnce, Row::R04, Verdict::Fail),
+        (Mistake::TakesFromStranger, Row::R05, Verdict::Warn),
+        (Mistake::StaysDespiteDouble, Row::R06, Verdict::Warn),
+        (Mistake::HoldsLong, Row::R08, Verdict::Fail),
+    ];
+    std::thread::scope(|scope| {
+        for (mistake, row, verdict) in mistakes {
+            scope.spawn(move || {
+                let report = judged_as(settings(), Some(mistake), &[row]);
+                assert_eq!(report.judgements[0].verdict, verdict, "{mistake:?}: {report}");
+            });
+        }
+    });
 }

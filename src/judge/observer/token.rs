@@ -19,6 +19,8 @@ pub(super) struct Ring {
     /// Requests to slaves since the last token.
     requests: u32,
     passed: Option<Instant>,
+    /// The first token.
+    first: Option<Instant>,
     /// Stations that said they are masters that are ready.
     ready: BTreeSet<u8>,
     /// GAP polls since the last token.
@@ -76,6 +78,7 @@ impl Observer {
         self.ring.polls = 0;
         self.ring.requests = 0;
         self.ring.passed = self.last_heard;
+        self.ring.first = self.ring.first.or(self.last_heard);
         // A recording may begin when the ring runs already: only a slave is none of it.
         let runs = self.sight == Sight::Recorded && !self.is_slave(da);
         if da == sa || runs || self.ring.ready.contains(&da.number()) {
@@ -282,6 +285,19 @@ impl Observer {
         }
     }
 
+    /// Whether so much time has gone that an address of the GAP must have been asked: tokens alone tell it in virtual time.
+    fn has_gap_come(&mut self) -> bool {
+        let known = self.setup.gap_factor.zip(self.setup.ttr);
+        let Some((factor, ttr)) = known else {
+            let reason = "needs --gap-factor and --ttr: how seldom the master asks an address of its GAP";
+            self.findings.default_obstacle(Row::K08, reason);
+            return matches!(self.sight, Sight::Exact(_));
+        };
+        let (first, last) = (self.ring.first, self.ring.passed);
+        let seen = first.zip(last).map(|(first, last)| last.saturating_since(first));
+        self.sight != Sight::Recorded && seen.is_some_and(|seen| seen >= ttr * factor * 2)
+    }
+
     /// Behind the last address of the GAP the master waits until it begins anew.
     fn judge_gap_factor(&mut self) {
         match self.setup.gap_factor {
@@ -316,7 +332,7 @@ impl Observer {
             return;
         }
         let has_gap = self.master.is_none_or(|master| self.setup.hsa != Some(master) || master.number() > 0);
-        if self.ring.tokens >= MANY_TOKENS && has_gap && matches!(self.sight, Sight::Exact(_)) {
+        if self.ring.tokens >= MANY_TOKENS && has_gap && self.has_gap_come() {
             if self.ring.asked.is_empty() {
                 let reason =
                     format!("{} tokens were passed, and no address of the GAP was asked", self.ring.tokens);

@@ -34,11 +34,16 @@ pub(super) struct Again {
     pub(super) count: usize,
     /// Watchdogs were watched without disturbance.
     watched: bool,
+    /// Nothing is played again any more.
+    pub(super) is_over: bool,
 }
 
 impl Judge {
     /// The scenario that is played again now.
     pub(super) fn again(&mut self, now: Instant) -> Option<usize> {
+        if self.again.is_over {
+            return None;
+        }
         let left = self.time_left(now);
         let times = |number: &usize| self.again.scenarios.get(number).copied().unwrap_or_default();
         let scenarios = self.scenarios.iter().enumerate();
@@ -98,7 +103,7 @@ impl Judge {
 
     /// Until when nothing is disturbed at the end; `None`: it was long enough.
     pub(super) fn watch_on(&mut self, now: Instant) -> Option<Phase> {
-        let begun = self.reached?;
+        let begun = self.reached.filter(|_| !self.again.is_over)?;
         let mut until = begun;
         if self.wanted.iter().any(|row| !self.is_provoked(*row)) {
             until = begun + self.cycle() * LEAST_CYCLES;
@@ -133,7 +138,11 @@ impl Judge {
     /// Whether a scenario is for a row. With another master in the ring the GAP is only a part of it.
     pub(super) fn is_provoked(&self, row: Row) -> bool {
         !matches!(row, Row::K02 | Row::K04)
-            && self.scenarios.iter().any(|scenario| scenario.all_rows().any(|other| other == row))
+            && self
+                .scenarios
+                .iter()
+                .chain(&self.last)
+                .any(|scenario| scenario.all_rows().any(|other| other == row))
     }
 
     /// Rows that need what is not there, however often their scenarios are played.

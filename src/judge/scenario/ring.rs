@@ -9,20 +9,9 @@ use crate::judge::rows::Row;
 const GAP: Duration = Duration::from_secs(6);
 const GAP_CYCLES: u32 = 150;
 
-/// A master of the ring is played. With `exact` times what only they show, too.
-pub(in crate::judge) fn ring(exact: bool) -> Vec<Scenario> {
-    let one = |name: &str, rows: &[Row], course, needs: &[Need]| {
-        let step = Step {
-            lasts: GAP,
-            cycles: GAP_CYCLES,
-            until_injected: true,
-            second: Some(course),
-            ..Step::default()
-        };
-        let returns = vec![course.row()];
-        Scenario { steps: vec![step], needs: needs.to_vec(), returns, ..Scenario::one(name, rows, &[]) }
-    };
-    let mut list = vec![
+/// A master of the ring is played.
+pub(in crate::judge) fn ring() -> Vec<Scenario> {
+    vec![
         one(
             "a second master enters the ring, reads a slave, and then takes no token",
             &[Row::R01, Row::R02, Row::R03, Row::R04, Row::R09, Row::K04],
@@ -36,23 +25,33 @@ pub(in crate::judge) fn ring(exact: bool) -> Vec<Scenario> {
             &[],
         ),
         one("a second master listens only", &[Row::R02, Row::K02], Course::Listens, &[]),
+        one("a token of a station that is not in the ring", &[Row::R05], Course::Strange, &[]),
+        one(
+            "a second master has the token for twice the target rotation time",
+            &[Row::R08],
+            Course::Slow,
+            // One message cycle is always allowed.
+            &[Need::Ttr, Need::Other],
+        ),
         one("a second master leaves with the token", &[Row::R07], Course::LeavesWithToken, &[Need::Slot]),
-    ];
-    if exact {
-        list.extend([
-            one("a token of a station that is not in the ring", &[Row::R05], Course::Strange, &[]),
-            one(
-                "a second master has the token for twice the target rotation time",
-                &[Row::R08],
-                Course::Slow,
-                // One message cycle is always allowed.
-                &[Need::Ttr, Need::Other],
-            ),
-            // Behind it a master may want its user.
-            one("a second master has the address of the master", &[Row::R06], Course::Double, &[]),
-        ]);
-    }
-    list
+    ]
+}
+
+/// The end of all: behind it a master may want its user.
+pub(in crate::judge) fn double() -> Scenario {
+    one("a second master has the address of the master", &[Row::R06], Course::Double, &[])
+}
+
+fn one(name: &str, rows: &[Row], course: Course, needs: &[Need]) -> Scenario {
+    let step = Step {
+        lasts: GAP,
+        cycles: GAP_CYCLES,
+        until_injected: true,
+        second: Some(course),
+        ..Step::default()
+    };
+    let returns = vec![course.row()];
+    Scenario { steps: vec![step], needs: needs.to_vec(), returns, ..Scenario::one(name, rows, &[]) }
 }
 
 /// The same for a master that is operated: it is switched off and on while a ring runs.
