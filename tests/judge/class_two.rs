@@ -3,7 +3,9 @@
 use core::time::Duration;
 
 use profidrive::bench::Line;
-use profidrive::judge::{Ending, MasterClass, Row, Setup, Verdict, simulated, simulated_until_breach};
+use profidrive::judge::{
+    Ending, MasterClass, Row, Setup, Verdict, simulated, simulated_until_breach, soaked,
+};
 use profidrive::profibus::fdl::Address;
 
 use crate::configured::setup;
@@ -119,6 +121,19 @@ fn each_mistake_of_a_master_of_class_2_is_found() {
         (!broken(&report).contains(&row.id())).then(|| format!("{mistake:?} {}: {report}", row.id()))
     });
     assert!(wrong.is_empty(), "{} missed\n{}", wrong.len(), wrong.join("\n"));
+}
+
+/// The other master is heard in the middle of every one of them. With `PROFIDRIVE_LONG` twenty seeds.
+#[test]
+fn scenarios_that_are_repeated_beside_another_master_accuse_nobody() {
+    let seeds: Vec<u64> = (1..=if is_long() { 20 } else { 2 }).collect();
+    let wrong = in_threads(&seeds, |seed| {
+        let (mut line, setup) = on_line(of_class_2(), None);
+        let report = soaked(&mut line, setup, Row::ALL, Duration::from_secs(10), *seed);
+        let right = report.ending == Ending::Done && broken(&report).is_empty();
+        (!right).then(|| format!("seed {seed}: {report}"))
+    });
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 #[test]

@@ -267,6 +267,25 @@ fn a_late_reply_to_the_last_retry_is_no_reply() {
     );
 }
 
+/// A start-up that leads to nothing: the master unlocks the slave for others, and the user starts it again.
+#[test]
+fn a_master_may_let_a_slave_go_before_data_exchange() {
+    let mut trace = Trace::new(&[5]);
+    for _ in 0..3 {
+        let diag = trace.request(5, 60, Service::SrdHigh, FrameCount::First, &[]);
+        trace.take(&diag);
+        trace.reply(5, 60, &[0, 0x0C | PRM_REQ, 0, 0xFF, 0x12, 0x34]);
+        trace.counts[5] = Some(false);
+        trace.ask(5, 61, &[0xB8, 1, 100, 11, 0x12, 0x34, 0]);
+        trace.take(&[0xE5]);
+        let release = [0x40, 1, 1, 0, 0x12, 0x34, 0];
+        let release = trace.request(5, 61, Service::SrdHigh, FrameCount::First, &release);
+        trace.take(&release);
+        trace.take(&[0xE5]);
+    }
+    trace.accuses_nobody();
+}
+
 #[test]
 fn what_a_recording_without_times_cannot_show_is_not_judged() {
     let mut trace = Trace::new(&[5]);

@@ -8,6 +8,7 @@ use crate::explain::hex;
 use crate::judge::findings::Weight;
 use crate::judge::rows::Row;
 use crate::judge::setup::Slave;
+use crate::profibus::dp;
 use crate::profibus::dp::set_prm::FIXED_LEN;
 
 const LOCK_REQ: u8 = 0x80;
@@ -32,6 +33,16 @@ impl Observer {
         }
     }
 
+    /// Whether a Set_Prm lets a slave go that the master has locked: at its stop, or when it gives up.
+    pub(super) fn is_release(&self, cycle: &Cycle) -> bool {
+        let locks = |prm: &Vec<u8>| prm.first().is_some_and(|status| status & LOCK_REQ != 0);
+        let view = self.views.get(&cycle.to.number());
+        let locked = view.is_some_and(|view| view.prm_data.as_ref().is_some_and(locks));
+        let status = cycle.data().first().copied().unwrap_or_default();
+        let unlocks = status & UNLOCK_REQ != 0 && status & LOCK_REQ == 0;
+        cycle.service == Some(dp::Service::SetPrm) && unlocks && locked
+    }
+
     pub(super) fn judge_prm_contents(&mut self, cycle: &Cycle) {
         let data = cycle.data().to_vec();
         let &[status, first, second, min_tsdr, high, low, group, ref user @ ..] = &data[..] else {
@@ -39,8 +50,7 @@ impl Observer {
             self.broken(Row::P07, Weight::Once, cycle.serial, Some(cycle.to), reason);
             return;
         };
-        if status & UNLOCK_REQ != 0 && status & LOCK_REQ == 0 && self.view(cycle.to).exchanging {
-            // It lets the slave go.
+        if self.is_release(cycle) {
             return;
         }
         self.findings.identify(cycle.to, u16::from_be_bytes([high, low]));

@@ -152,6 +152,8 @@ impl Observer {
             Relation::Repeated if !sound => cycle.retry = before.retry + 1,
             Relation::SameBit if !sound => {}
             Relation::Toggled => self.held(Row::C02),
+            // The user ends the master, or it gives the slave up.
+            Relation::First if self.is_release(cycle) => {}
             Relation::First => match cycle.service {
                 Some(dp::Service::DataExchange | dp::Service::ChkCfg | dp::Service::SetPrm) => {
                     let reason = format!("{name} with FCV = 0 after an answered cycle");
