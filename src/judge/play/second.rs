@@ -137,6 +137,9 @@ impl Judge {
         let (slave, reads) = (second.slave(), second.is_reading());
         let Counts { start_ups, .. } = self.counts(slave);
         let before = self.before.get(&slave.number()).copied().unwrap_or_default().start_ups;
+        if self.observer.findings.has_failed(Row::R09) {
+            return;
+        }
         if start_ups != before {
             let reason = format!(
                 "station {slave} is started anew after another master has read its diagnosis and inputs"
