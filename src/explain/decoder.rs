@@ -240,17 +240,8 @@ const ED: u8 = 0x16;
 fn no_words(octets: &[u8]) -> Explanation {
     let reason = std::format!("{} octets are no PPO (14), PKW (8), PZD (6) or word (2)", octets.len());
     let field = Field::octets("octets", 0, octets, reason.clone()).marked(Mark::Invalid);
-    Explanation {
-        kind: Kind::Noise,
-        id: None,
-        sender: None,
-        from: None,
-        to: None,
-        service: None,
-        summary: std::format!("invalid at octet 0: {reason}"),
-        octets: octets.into(),
-        fields: Vec::from([field]),
-    }
+    let summary = std::format!("invalid at octet 0: {reason}");
+    Explanation::of_nobody(Kind::Noise, summary, octets, Vec::from([field]))
 }
 
 #[cfg(test)]

@@ -418,17 +418,7 @@ fn invalid(octets: &[u8], error: FrameError, context: &Context) -> Explanation {
         None => fields.push(Field::octets("end", at, &[], missing(octets, error)).marked(Mark::Invalid)),
     }
     let reason = if behind.is_empty() { missing(octets, error) } else { error.to_string() };
-    Explanation {
-        kind: Kind::Noise,
-        id: None,
-        sender: None,
-        from: None,
-        to: None,
-        service: None,
-        summary: format!("invalid at octet {at}: {reason}"),
-        octets: octets.into(),
-        fields,
-    }
+    Explanation::of_nobody(Kind::Noise, format!("invalid at octet {at}: {reason}"), octets, fields)
 }
 
 /// What broken octets began as.

@@ -100,6 +100,14 @@ pub struct Explanation {
     pub fields: Vec<Field>,
 }
 
+impl Explanation {
+    /// Of something that nobody sends and that is no service.
+    pub(crate) fn of_nobody(kind: Kind, summary: String, octets: &[u8], fields: Vec<Field>) -> Self {
+        let octets = octets.into();
+        Self { kind, id: None, sender: None, from: None, to: None, service: None, summary, octets, fields }
+    }
+}
+
 /// What octets were taken as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "snake_case"))]

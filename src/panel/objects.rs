@@ -198,43 +198,26 @@ fn octets(at: Address, data: DataType, value: &ObjectValue) -> Result<Vec<u8>, P
         let got = serde_json::to_string(value).unwrap_or_default();
         Problem::value(format!("{at} is {}: expected {expected}, got {got}", data.name()))
     };
-    match (data, value) {
-        (DataType::VisibleString | DataType::OctetString | DataType::Domain, ObjectValue::Text(text)) => {
-            Ok(text.as_bytes().to_vec())
-        }
-        (DataType::VisibleString | DataType::OctetString | DataType::Domain, _) => Err(wrong("a text")),
+    if data.octets().is_none() {
+        return match value {
+            ObjectValue::Text(text) => Ok(text.as_bytes().to_vec()),
+            ObjectValue::Whole(_) | ObjectValue::Real(_) => Err(wrong("a text")),
+        };
+    }
+    let is_real = data == DataType::Real32;
+    match value {
         #[expect(clippy::cast_possible_truncation, reason = "to the precision that the entry has")]
-        (DataType::Real32, ObjectValue::Real(number)) => Ok((*number as f32).to_le_bytes().to_vec()),
+        ObjectValue::Real(number) if is_real => Ok((*number as f32).to_le_bytes().to_vec()),
         #[expect(clippy::cast_precision_loss, reason = "to the precision that the entry has")]
-        (DataType::Real32, ObjectValue::Whole(number)) => Ok((*number as f32).to_le_bytes().to_vec()),
-        (
-            DataType::Boolean
-            | DataType::I8
-            | DataType::I16
-            | DataType::I32
-            | DataType::U8
-            | DataType::U16
-            | DataType::U32
-            | DataType::I64
-            | DataType::U64,
-            ObjectValue::Whole(number),
-        ) => match canopen::Value::whole(data, *number).filter(|_| fits(data, *number)) {
-            Some(value) => Ok(value.with_octets(<[u8]>::to_vec)),
-            None => Err(wrong("a whole number that fits into it")),
-        },
-        (
-            DataType::Boolean
-            | DataType::I8
-            | DataType::I16
-            | DataType::I32
-            | DataType::U8
-            | DataType::U16
-            | DataType::U32
-            | DataType::I64
-            | DataType::U64,
-            ObjectValue::Real(_) | ObjectValue::Text(_),
-        ) => Err(wrong("a whole number")),
-        (DataType::Real32, ObjectValue::Text(_)) => Err(wrong("a number")),
+        ObjectValue::Whole(number) if is_real => Ok((*number as f32).to_le_bytes().to_vec()),
+        ObjectValue::Text(_) if is_real => Err(wrong("a number")),
+        ObjectValue::Whole(number) => {
+            match canopen::Value::whole(data, *number).filter(|_| fits(data, *number)) {
+                Some(value) => Ok(value.with_octets(<[u8]>::to_vec)),
+                None => Err(wrong("a whole number that fits into it")),
+            }
+        }
+        ObjectValue::Real(_) | ObjectValue::Text(_) => Err(wrong("a whole number")),
     }
 }
 

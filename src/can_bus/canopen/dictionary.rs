@@ -355,19 +355,10 @@ impl Entry {
             Default::Real(number) => return Value::Real32(number),
             Default::Text(text) => return Value::text(text),
         };
-        match self.data {
-            DataType::Real32 => Value::Real32(0.0),
-            DataType::VisibleString | DataType::OctetString | DataType::Domain => Value::Octets(&[]),
-            DataType::Boolean
-            | DataType::I8
-            | DataType::I16
-            | DataType::I32
-            | DataType::U8
-            | DataType::U16
-            | DataType::U32
-            | DataType::I64
-            | DataType::U64 => Value::whole(self.data, number).unwrap_or(Value::Octets(&[])),
+        if self.data == DataType::Real32 {
+            return Value::Real32(0.0);
         }
+        Value::whole(self.data, number).unwrap_or(Value::Octets(&[]))
     }
 
     /// The fewest and the most octets a value written may have.

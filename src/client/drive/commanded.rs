@@ -84,20 +84,12 @@ impl Commanded {
             | Goal::Inch
             | Goal::Jog(_)
             | Goal::Velocity(_)
-                if matches!(self.word, ControlWord::Inch | ControlWord::Jog(_))
-                    || begins && self.word == ControlWord::Turn =>
-            {
-                self.word = ControlWord::Enabled;
+            | Goal::Disable => {
+                let inches = matches!(self.word, ControlWord::Inch | ControlWord::Jog(_));
+                if inches || begins && self.word == ControlWord::Turn {
+                    self.word = ControlWord::Enabled;
+                }
             }
-            Goal::Enable
-            | Goal::Acknowledge
-            | Goal::MoveTo(_)
-            | Goal::Pause
-            | Goal::Resume
-            | Goal::Inch
-            | Goal::Jog(_)
-            | Goal::Velocity(_)
-            | Goal::Disable => {}
         }
     }
 

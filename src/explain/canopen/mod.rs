@@ -117,32 +117,14 @@ impl Network {
 
     /// Explains an error frame, which has no identifier: `what` happened.
     pub(crate) fn error_frame(what: &str) -> Explanation {
-        Explanation {
-            kind: Kind::ErrorFrame,
-            id: None,
-            sender: None,
-            from: None,
-            to: None,
-            service: None,
-            summary: format!("error frame: {what}"),
-            octets: Vec::new(),
-            fields: Vec::from([Field::octets("error frame", 0, &[], what).marked(Mark::Trouble)]),
-        }
+        let field = Field::octets("error frame", 0, &[], what).marked(Mark::Trouble);
+        Explanation::of_nobody(Kind::ErrorFrame, format!("error frame: {what}"), &[], Vec::from([field]))
     }
 
     /// Explains octets of a capture that are no frame of CAN 2.0: `why`.
     pub(crate) fn no_frame(octets: &[u8], why: &str) -> Explanation {
-        Explanation {
-            kind: Kind::Noise,
-            id: None,
-            sender: None,
-            from: None,
-            to: None,
-            service: None,
-            summary: format!("invalid: {why}"),
-            octets: octets.into(),
-            fields: Vec::from([Field::octets("octets", 0, octets, why).marked(Mark::Invalid)]),
-        }
+        let field = Field::octets("octets", 0, octets, why).marked(Mark::Invalid);
+        Explanation::of_nobody(Kind::Noise, format!("invalid: {why}"), octets, Vec::from([field]))
     }
 
     fn node(&mut self, node: u8) -> &mut Learned {
