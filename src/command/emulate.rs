@@ -321,7 +321,10 @@ impl<'a> News<'a> {
             BusEvent::MovedToTakenAddress { .. } => warn!("{event}"),
             BusEvent::RateLost { .. } => warn!("{event}"),
             _ if event.is_detail() => debug!("{event}"),
-            BusEvent::Hint(_) | BusEvent::Station { .. } | BusEvent::Repeated { .. } => match words {
+            BusEvent::Hint(_)
+            | BusEvent::ByHand { .. }
+            | BusEvent::Station { .. }
+            | BusEvent::Repeated { .. } => match words {
                 Some(words) => info!("{event}: {words}"),
                 None => info!("{event}"),
             },

@@ -119,6 +119,14 @@ pub enum RaiseError {
         /// The last one.
         most: u16,
     },
+    /// A bit of the first octets of a status block: type, slot, specifier.
+    #[error("bit {got} is one of type, slot and specifier of the block; expected {least} or more")]
+    Head {
+        /// The bit.
+        got: u16,
+        /// The first that can be raised.
+        least: u16,
+    },
     /// An area that the file does not have, or a value that does not fit.
     #[error("the file has no area of bits from bit {first} on that holds {value}")]
     Area {
@@ -278,6 +286,10 @@ impl<'a> Texts<'a> {
         let mut octets = prefix.to_vec();
         octets.resize(MAX_BLOCK, 0);
         let mut used = prefix.len();
+        let least = if used == TYPED_LEN { 24 } else { 0 };
+        if let Some(got) = bits.iter().chain(areas.keys()).copied().find(|first| *first < least) {
+            return Err(RaiseError::Head { got, least });
+        }
         for bit in self.bits.iter().filter(|bit| bit.inverted && !bits.contains(&bit.bit)) {
             set(&mut octets, bit.bit.into());
             used = used.max(usize::from(bit.bit) / 8 + 1);
@@ -405,6 +417,9 @@ mod tests {
         let raised = Raised { bits: [24].into(), ..Raised::default() };
         let diagnosis = raised.blocks(station.gsd(), &station.layout(&[0x10], None)).unwrap();
         assert_eq!(diagnosis.octets(), [0x05, 0xA1, 0, 0, 0x01]);
+        let head = Raised { bits: [23].into(), ..Raised::default() };
+        let refused = head.blocks(station.gsd(), &station.layout(&[0x10], None));
+        assert_eq!(refused, Err(RaiseError::Head { got: 23, least: 24 }));
     }
 
     #[test]
@@ -419,6 +434,11 @@ mod tests {
         let raised = Raised { statuses: [(161, status.clone())].into(), ..Raised::default() };
         assert_eq!(raised.blocks(gsd, &layout).unwrap().octets(), [0x05, 0xA1, 0, 0, 0x31]);
         assert_eq!(raised.words(gsd, &layout), ["door", "hot"]);
+        for got in [0, 23] {
+            let head = Status { bits: [got].into(), ..Status::default() };
+            let head = Raised { statuses: [(161, head)].into(), ..Raised::default() };
+            assert_eq!(head.blocks(gsd, &layout), Err(RaiseError::Head { got, least: 24 }));
+        }
         let unknown = Raised { statuses: [(162, status)].into(), ..Raised::default() };
         assert_eq!(unknown.blocks(gsd, &layout), Err(RaiseError::Status { got: 162 }));
     }

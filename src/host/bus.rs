@@ -170,6 +170,7 @@ impl Bus {
         let is_stored = station.stored().is_some();
         let station: &mut dyn Any = if is_stored { station.stored_mut()? } else { station };
         let result = act(station.downcast_mut()?);
+        self.stations.tell_by_hand(address);
         self.stations.settle(address);
         Some(result)
     }
@@ -186,6 +187,7 @@ impl Bus {
         act: impl FnOnce(&mut dyn Description) -> R,
     ) -> Option<R> {
         let result = act(self.stations.slot_mut(address)?.station.description_mut()?);
+        self.stations.tell_by_hand(address);
         self.stations.settle(address);
         Some(result)
     }
@@ -198,6 +200,7 @@ impl Bus {
     /// Does something to the modules of the station at `address`. Counts as a `handle_*` call.
     pub fn with_modules<R>(&mut self, address: Address, act: impl FnOnce(&mut GsdStation) -> R) -> Option<R> {
         let result = act(self.stations.slot_mut(address)?.station.modules_mut()?);
+        self.stations.tell_by_hand(address);
         self.stations.settle(address);
         Some(result)
     }

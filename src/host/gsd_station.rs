@@ -4,13 +4,13 @@
 //! outputs ──▶ processes ──▶ inputs ──▶ forced bits over them ──▶ slave
 //! ```
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 
 use super::fault::{Condition, Switch};
 use super::refusals::Refusals;
 use super::state_dir::Images;
 use super::station_file::{Kept, KeptImage};
-use super::{Appearance, OutputBoard, Participant, StateDir, StateDirError, StationKind, Stored};
+use super::{Appearance, ByHand, OutputBoard, Participant, StateDir, StateDirError, StationKind, Stored};
 use crate::devices::StationEvent;
 use crate::face::Description;
 use crate::gsd::{Gsd, Placed, RaiseError, Raised, Station};
@@ -56,6 +56,9 @@ pub struct GsdStation {
     seen: Option<u32>,
     outputs_are: OutputsAre,
     raised: Raised,
+    /// How often something was raised.
+    raises: u16,
+    by_hand: VecDeque<ByHand>,
     refusals: Refusals,
     /// The names that a module may have, with their slots, as they were told.
     open: BTreeMap<String, Vec<String>>,
@@ -86,6 +89,8 @@ impl GsdStation {
             seen: None,
             outputs_are: OutputsAre::Unowned,
             raised: Raised::default(),
+            raises: 0,
+            by_hand: VecDeque::new(),
             refusals,
             open: BTreeMap::new(),
             board: None,
@@ -188,6 +193,7 @@ impl GsdStation {
         self.write(&mut mask, point, |octets| cover(octets, point, true))?;
         (self.forced, self.mask) = (forced, mask);
         self.offer();
+        self.tell(ByHand::Forced { point, value });
         Ok(())
     }
 
@@ -200,11 +206,15 @@ impl GsdStation {
         self.write(&mut mask, point, |octets| cover(octets, point, false))?;
         self.mask = mask;
         self.offer();
+        self.tell(ByHand::Released { point });
         Ok(())
     }
 
     /// Gives all inputs back to their processes.
     pub fn release_all(&mut self) {
+        if self.mask.iter().any(|octet| *octet != 0) {
+            self.tell(ByHand::AllReleased);
+        }
         self.mask = [0; MAX_IO_LEN];
         self.offer();
     }
@@ -221,8 +231,30 @@ impl GsdStation {
     pub fn raise(&mut self, raised: Raised) -> Result<(), RaiseError> {
         let diagnosis = raised.blocks(self.gsd(), &self.layout)?;
         self.station.file_diagnosis(&diagnosis);
+        if raised.is_empty() {
+            self.tell(ByHand::Ended);
+        } else {
+            self.raises = self.raises.wrapping_add(1);
+            let words = raised.words(self.gsd(), &self.layout).join(", ");
+            self.refusals.raised(self.station.address(), self.raises, &words);
+            self.tell(ByHand::Raised { number: self.raises });
+        }
         self.raised = raised;
         Ok(())
+    }
+
+    /// The oldest thing that was done by hand and is not told yet.
+    pub(super) fn poll_by_hand(&mut self) -> Option<ByHand> {
+        self.by_hand.pop_front()
+    }
+
+    /// Kept until the bus takes it; of more than a few the oldest are lost.
+    fn tell(&mut self, what: ByHand) {
+        const KEPT: usize = 64;
+        if self.by_hand.len() >= KEPT {
+            self.by_hand.pop_front();
+        }
+        self.by_hand.push_back(what);
     }
 
     fn write(

@@ -44,6 +44,7 @@ use crate::profibus::fdl::Address;
 use crate::time::{BaudRate, Instant};
 
 mod bus;
+mod by_hand;
 pub mod can;
 #[cfg(feature = "capture")]
 pub mod capture;
@@ -69,6 +70,7 @@ mod stop;
 mod stored;
 
 pub use bus::{Addresses, Bus, BusEvent, Evidence, LISTEN_TIME, LineHint, Presence, SlotTime, StationErrors};
+pub use by_hand::ByHand;
 pub use clock::{ManualClock, SystemClock};
 pub use gsd_station::{GsdStation, OutputsAre};
 pub use output_board::OutputBoard;

@@ -7,7 +7,7 @@ use core::fmt;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::BusEvent;
+use super::{BusEvent, ByHand};
 use crate::devices::StationEvent;
 use crate::profibus::dp;
 use crate::profibus::dp::Application;
@@ -24,6 +24,8 @@ pub struct Refusals(Arc<Mutex<VecDeque<Kept>>>);
 #[derive(Clone, Debug)]
 struct Kept {
     address: Address,
+    /// Of a raised diagnosis, and its number among those.
+    raised: bool,
     number: u16,
     words: Arc<str>,
 }
@@ -33,19 +35,34 @@ impl Refusals {
     pub(super) fn learn(&self, address: Address, event: &dp::Event, application: &impl Application) {
         let Some(number) = event.refused_number() else { return };
         let words = Words(application, number).to_string().into();
+        self.keep(Kept { address, raised: false, number, words });
+    }
+
+    /// Keeps the texts of a raised diagnosis.
+    pub(super) fn raised(&self, address: Address, number: u16, words: &str) {
+        self.keep(Kept { address, raised: true, number, words: words.into() });
+    }
+
+    fn keep(&self, one: Kept) {
         let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if kept.len() >= KEPT {
             kept.pop_front();
         }
-        kept.push_back(Kept { address, number, words });
+        kept.push_back(one);
     }
 
     /// The words that belong behind an event; `None` if it says everything itself.
     pub fn words(&self, event: &BusEvent) -> Option<Arc<str>> {
-        let BusEvent::Station { address, event: StationEvent::Dp(event) } = event else { return None };
-        let number = event.refused_number()?;
+        let (address, raised, number) =
+            if let BusEvent::ByHand { address, what: ByHand::Raised { number } } = event {
+                (*address, true, *number)
+            } else if let BusEvent::Station { address, event: StationEvent::Dp(event) } = event {
+                (*address, false, event.refused_number()?)
+            } else {
+                return None;
+            };
         let kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let ours = |kept: &&Kept| (kept.address, kept.number) == (*address, number);
+        let ours = |kept: &&Kept| (kept.address, kept.raised, kept.number) == (address, raised, number);
         kept.iter().rev().find(ours).map(|kept| Arc::clone(&kept.words))
     }
 }

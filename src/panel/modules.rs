@@ -104,11 +104,5 @@ async fn report(place: &Place, raised: Raised) -> Result<Json<State>, Problem> {
         raise.ok_or_else(|| missing(address))?.map_err(Problem::value)
     });
     done.await?;
-    let state = place.look().await?;
-    let address = place.address;
-    match state.diagnosis.as_ref().map(Diagnosis::words).filter(|words| !words.is_empty()) {
-        Some(words) => tracing::info!("station {address}: diagnosis raised by hand: {words}"),
-        None => tracing::info!("station {address}: no diagnosis is raised by hand any more"),
-    }
-    Ok(Json(state))
+    place.look().await.map(Json)
 }

@@ -459,8 +459,18 @@ fn noise_is_not_answered_does_not_grow_the_process_and_ends_with_it() {
 
 #[test]
 fn drives_on_a_tcp_port_are_corrupted_as_asked_and_end_with_a_signal() {
-    let emulator =
-        Emulator::start(&["--link", "tcp:127.0.0.1:0", "--fault", "wrong-fcs,at=2", "--drive", "5"]);
+    let emulator = Emulator::start(&[
+        "--link",
+        "tcp:127.0.0.1:0",
+        "--fault",
+        "wrong-fcs,at=2",
+        "--fault",
+        "no-reply,station=5,from=10s",
+        "--fault",
+        "no-reply,until=1ms,at=999",
+        "--drive",
+        "5",
+    ]);
     let (ready, drives) = emulator.ready.trim().split_once(" drives=").unwrap();
     assert_eq!(drives, "5");
     let address = ready.strip_prefix("ready link=tcp:").unwrap();
@@ -479,6 +489,8 @@ fn drives_on_a_tcp_port_are_corrupted_as_asked_and_end_with_a_signal() {
     emulator.signal("TERM");
     let (code, stdout, stderr) = emulator.end();
     assert_eq!((code, &stdout[..]), (Some(0), ""));
-    assert!(stderr.contains("fault on purpose: wrong-fcs,count=1,at=2"), "{stderr}");
+    assert!(stderr.contains("fault on purpose: wrong-fcs,count=1,at=2: 1st time"), "{stderr}");
+    assert!(stderr.contains("until=1ms: acts no longer"), "{stderr}");
+    assert!(stderr.contains("fault on purpose: no-reply,station=5,from=10s"), "{stderr}");
     assert!(stderr.contains("connected, 1 of 32"), "{stderr}");
 }

@@ -109,6 +109,20 @@ fn what_is_done_by_hand_is_in_the_log() {
     emulator.set("PUT", "/api/v1/stations/7/diagnosis", &json!({ "not_valid": true }));
     emulator.set("DELETE", "/api/v1/stations/7/diagnosis", &Value::Null);
     assert_eq!(emulator.request("DELETE", input, "", "").status, 204);
+    for words in
+        ["is forced to 1", "diagnosis raised by hand: the inputs are not valid", "is no longer forced"]
+    {
+        let start = std::time::Instant::now();
+        let is_told = || {
+            let told = emulator.get("/api/v1/events/recent?address=7");
+            let is_one =
+                |event: &Value| event["text"].as_str().unwrap().contains(words) && event["kind"] == "input";
+            told["events"].as_array().unwrap().iter().any(is_one)
+        };
+        while !is_told() {
+            assert!(start.elapsed().as_secs() < 10, "{words}");
+        }
+    }
     let log = emulator.log();
     for words in [
         "station 7: input bit3 in octet 0 of slot 1 is forced to 1",

@@ -123,6 +123,16 @@ fn noise_and_nothing_else_is_said_and_noise_between_telegrams_is_not() {
 }
 
 #[test]
+fn a_master_at_the_address_of_a_station_is_said() {
+    let mut line = Line::with(&[5, 7]);
+    for _ in 0..10 {
+        line.ask(7, 5, Service::SrdHigh, Some(60));
+    }
+    let text = "hint: a master has address 7, which is that of a station on the line; give one of the two another address";
+    assert_eq!(line.hints(), [text]);
+}
+
+#[test]
 fn a_second_master_is_said_and_one_that_comes_after_the_other_is_not() {
     let mut line = Line::with(&[5]);
     for _ in 0..10 {

@@ -8,6 +8,7 @@ use super::join::Evidence;
 use super::station_errors::StationErrors;
 use crate::devices::StationEvent;
 use crate::face::{Again, EventKind};
+use crate::host::ByHand;
 use crate::host::repeats::Repeats;
 use crate::profibus::dp;
 use crate::profibus::fdl::{Address, FrameError, RateChange, StationCounters};
@@ -35,6 +36,13 @@ pub enum BusEvent {
         event: StationEvent,
         /// How often.
         again: Again,
+    },
+    /// What a user did to a station that a file describes.
+    ByHand {
+        /// Which.
+        address: Address,
+        /// What.
+        what: ByHand,
     },
     /// Octets on the line were no telegram.
     TelegramRefused(FrameError),
@@ -79,6 +87,7 @@ impl BusEvent {
         match self {
             Self::Station { event, .. } | Self::Repeated { event, .. } => event.kind(),
             Self::Hint(_) => EventKind::Hint,
+            Self::ByHand { .. } => EventKind::Input,
             Self::Joined { .. }
             | Self::AddressLive { .. }
             | Self::MovedToTakenAddress { .. }
@@ -94,6 +103,7 @@ impl BusEvent {
         match self {
             Self::Station { address, .. }
             | Self::Repeated { address, .. }
+            | Self::ByHand { address, .. }
             | Self::Joined { address }
             | Self::AddressLive { address, .. } => Some(*address),
             Self::MovedToTakenAddress { .. }
@@ -120,6 +130,7 @@ impl fmt::Display for BusEvent {
         match self {
             Self::Station { address, event } => write!(f, "station {address}: {event}"),
             Self::Repeated { address, event, again } => write!(f, "station {address}: {again}: {event}"),
+            Self::ByHand { address, what } => write!(f, "station {address}: {what}"),
             Self::TelegramRefused(error) => write!(f, "ignored octets: {error}"),
             Self::Joined { address } => write!(f, "station {address}: nobody else has this address; active"),
             Self::AddressLive { address, evidence } => {

@@ -38,6 +38,11 @@ pub enum LineHint {
         /// Who is there.
         there: Addresses,
     },
+    /// A master has the address of a station of ours.
+    MasterAtStation {
+        /// The address.
+        address: Address,
+    },
     /// Another master is on the line.
     SecondMaster {
         /// Who was heard first.
@@ -88,6 +93,7 @@ pub(super) struct Watch {
     /// The master heard last, and when.
     master: Option<(Address, Instant)>,
     second_said: Option<Instant>,
+    same_address_said: Option<Instant>,
 }
 
 impl Watch {
@@ -101,6 +107,7 @@ impl Watch {
             missed: (Addresses::NONE, None),
             master: None,
             second_said: None,
+            same_address_said: None,
         }
     }
 
@@ -121,7 +128,7 @@ impl Watch {
         &mut self,
         now: Instant,
         telegram: &Telegram<'_>,
-        is_there: impl FnOnce(Address) -> bool,
+        is_there: impl Fn(Address) -> bool,
         there: impl FnOnce() -> Addresses,
     ) -> Option<LineHint> {
         self.noise = 0;
@@ -139,6 +146,10 @@ impl Watch {
         match &mut self.master {
             Some((master, at)) if *master == data.sa => *at = now,
             Some(_) | None => {
+                if is_there(data.sa) && due(&mut self.same_address_said, now) {
+                    self.master = Some((data.sa, now));
+                    return Some(LineHint::MasterAtStation { address: data.sa });
+                }
                 if let Some(hint) = self.another_master(now, data.sa) {
                     return Some(hint);
                 }
@@ -233,6 +244,11 @@ impl fmt::Display for LineHint {
                 f,
                 "hint: master {master} asks for station {asked}, which is not on the line; on the line: {there}; change the \
                  address in the master's project or that of the station"
+            ),
+            Self::MasterAtStation { address } => write!(
+                f,
+                "hint: a master has address {address}, which is that of a station on the line; give one of the two another \
+                 address"
             ),
             Self::SecondMaster { first, second } => write!(
                 f,

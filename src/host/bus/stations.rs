@@ -371,6 +371,15 @@ impl Stations {
         }
     }
 
+    /// What a user did to a station that a file describes.
+    pub(super) fn tell_by_hand(&mut self, address: Address) {
+        let modules = self.slots.get_mut(index(address)).and_then(Option::as_mut);
+        let Some(modules) = modules.and_then(|slot| slot.station.modules_mut()) else { return };
+        while let Some(what) = modules.poll_by_hand() {
+            self.news.push(BusEvent::ByHand { address, what });
+        }
+    }
+
     pub(super) fn settle(&mut self, address: Address) {
         let Self { slots, deadlines, supervised, search, .. } = self;
         let Some(slot) = slots.get_mut(index(address)).and_then(Option::as_mut) else {

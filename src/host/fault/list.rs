@@ -1,5 +1,7 @@
 //! The faults that act, by number.
 
+use core::fmt;
+
 use super::Rule;
 use crate::chance::Chance;
 use crate::time::Instant;
@@ -18,6 +20,8 @@ pub(crate) struct Active<S> {
     pub(crate) number: u32,
     pub(crate) rule: Rule,
     pub(crate) chance: Chance,
+    /// Whether it might act when that was asked last; without times and condition always.
+    open: bool,
     pub(crate) seen: S,
 }
 
@@ -36,7 +40,8 @@ impl<S> List<S> {
     /// Adds a fault behind the others. Returns its number, which is not given twice.
     pub(crate) fn add(&mut self, now: Instant, rule: Rule, seen: S) -> u32 {
         self.last = self.last.saturating_add(1);
-        self.active.push(Active { number: self.last, rule, chance: Chance::new(rule.when, now), seen });
+        let open = rule.when.from.is_zero() && rule.while_input.is_none();
+        self.active.push(Active { number: self.last, rule, chance: Chance::new(rule.when, now), open, seen });
         self.last
     }
 
@@ -53,12 +58,56 @@ impl<S> List<S> {
 }
 
 impl<S> Active<S> {
-    /// Counts an occasion, says whether the fault is injected now, and logs it if it is.
+    /// Counts an occasion, says whether the fault is injected now, and logs it: the first time, the second, the fourth and so
+    /// on.
     pub(crate) fn strikes(&mut self) -> bool {
         let injected = self.chance.strikes();
-        if injected {
-            tracing::debug!("fault on purpose: {} has happened {} times", self.rule, self.chance.injected());
+        let times = self.chance.injected();
+        if injected && times.is_power_of_two() {
+            tracing::info!("fault on purpose: {}: {} time", self.rule, Ordinal(times));
         }
         injected
+    }
+
+    /// Whether it may act now: its times, and `holds` of what it waits for. Logs when that changes.
+    pub(crate) fn may_act(&mut self, now: Instant, holds: bool) -> bool {
+        let open = self.chance.is_open(now) && holds;
+        if core::mem::replace(&mut self.open, open) != open {
+            let words = if open { "may act from now on" } else { "acts no longer" };
+            tracing::info!("fault on purpose: {}: {words}", self.rule);
+        }
+        open
+    }
+}
+
+/// `1st`, `2nd`, `11th`.
+struct Ordinal(u32);
+
+impl fmt::Display for Ordinal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ending = match (self.0 % 10, self.0 % 100) {
+            (_, 11..=13) => "th",
+            (1, _) => "st",
+            (2, _) => "nd",
+            (3, _) => "rd",
+            _ => "th",
+        };
+        write!(f, "{}{ending}", self.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_the_endings_of_ordinals() {
+        let said =
+            [1, 2, 3, 4, 11, 12, 13, 21, 22, 64, 111, 512, 1024].map(|number| Ordinal(number).to_string());
+        let expected = [
+            "1st", "2nd", "3rd", "4th", "11th", "12th", "13th", "21st", "22nd", "64th", "111th", "512th",
+            "1024th",
+        ];
+        assert_eq!(said, expected);
     }
 }

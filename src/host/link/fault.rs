@@ -364,8 +364,9 @@ struct HeldCfg {
 
 impl Active {
     /// Whether it may act now.
-    fn is_open(&self, now: Instant) -> bool {
-        self.chance.is_open(now) && (self.rule.while_input.is_none() || self.seen.switch.is_on())
+    fn is_open(&mut self, now: Instant) -> bool {
+        let holds = self.rule.while_input.is_none() || self.seen.switch.is_on();
+        self.may_act(now, holds)
     }
 
     /// Whether it is for this station, service, state and repetition.

@@ -154,11 +154,6 @@ fn values(areas: &[RaisedArea]) -> BTreeMap<u16, u32> {
 }
 
 impl Diagnosis {
-    /// What was raised in words; empty if nothing is.
-    pub(super) fn words(&self) -> String {
-        self.texts.join(", ")
-    }
-
     /// What was raised, in the texts of the file, and what Slave_Diag reports.
     pub(in crate::panel) fn of(
         raised: &Raised,

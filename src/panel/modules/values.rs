@@ -87,10 +87,6 @@ pub(in crate::panel) async fn force(
         let forced = bus(lent, address)?
             .with_modules(Address::from_octet(address), |modules| modules.force(point, value));
         forced.ok_or_else(|| missing(address))?.map_err(Problem::value)?;
-        let Point { slot, offset, kind } = point;
-        tracing::info!(
-            "station {address}: input {kind} in octet {offset} of slot {slot} is forced to {value}"
-        );
         state(lent, address, point, true)
     });
     forced.await
@@ -108,10 +104,6 @@ pub(in crate::panel) async fn release(
         let released =
             bus(lent, address)?.with_modules(Address::from_octet(address), |modules| modules.release(point));
         released.ok_or_else(|| missing(address))?.map_err(Problem::value)?;
-        let Point { slot, offset, kind } = point;
-        tracing::info!(
-            "station {address}: input {kind} in octet {offset} of slot {slot} is no longer forced"
-        );
         Ok(StatusCode::NO_CONTENT)
     });
     released.await

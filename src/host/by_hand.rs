@@ -1,0 +1,49 @@
+//! What a user does to a station that a file describes, as news.
+
+use core::fmt;
+
+use crate::process::Point;
+
+/// Something that was done by hand. `Display` is one line of plain English; the texts of a raised diagnosis follow as the
+/// words of [`Refusals`](super::Refusals).
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum ByHand {
+    /// An input has this value until it is released.
+    Forced {
+        /// Which.
+        point: Point,
+        /// Its value.
+        value: f64,
+    },
+    /// An input belongs to what moves it again.
+    Released {
+        /// Which.
+        point: Point,
+    },
+    /// All inputs do.
+    AllReleased,
+    /// The diagnosis reports something.
+    Raised {
+        /// The number of its words.
+        number: u16,
+    },
+    /// The diagnosis reports nothing that was raised.
+    Ended,
+}
+
+impl fmt::Display for ByHand {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Forced { point: Point { slot, offset, kind }, value } => {
+                write!(f, "input {kind} in octet {offset} of slot {slot} is forced to {value}")
+            }
+            Self::Released { point: Point { slot, offset, kind } } => {
+                write!(f, "input {kind} in octet {offset} of slot {slot} is no longer forced")
+            }
+            Self::AllReleased => f.write_str("no input is forced any more"),
+            Self::Raised { .. } => f.write_str("diagnosis raised by hand"),
+            Self::Ended => f.write_str("no diagnosis is raised by hand any more"),
+        }
+    }
+}
