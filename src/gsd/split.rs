@@ -77,6 +77,7 @@ pub(super) fn admits(gsd: &Gsd, modules: &[usize]) -> Result<(), String> {
     let splitter = Splitter::new(gsd, false, &[]);
     let wrong = |(slot, module): &(usize, &usize)| !splitter.allows(*slot, Some(**module));
     match modules.iter().enumerate().find(wrong) {
+        _ if modules.len() > splitter.slots => Err(splitter.too_many()),
         Some((slot, module)) => Err(splitter.not_allowed(slot, *module)),
         None if modules.len() < splitter.fixed.len() => {
             let presets: Vec<_> = splitter.fixed.iter().filter_map(|place| gsd.modules.get(*place)).collect();
@@ -220,10 +221,7 @@ impl<'a> Splitter<'a> {
 
     fn explain(&self, at: usize, slot: usize) -> Stuck {
         if slot >= self.slots {
-            let modules = if self.slots == 1 { "module" } else { "modules" };
-            let words =
-                format!("the station takes {} {modules} (Max_Module): take the others out", self.slots);
-            return Stuck { index: at, expected: None, words };
+            return Stuck { index: at, expected: None, words: self.too_many() };
         }
         let fixed = self.fixed.get(slot).and_then(|fixed| self.gsd.modules.get(*fixed));
         let candidates = match fixed {
@@ -257,6 +255,11 @@ impl<'a> Splitter<'a> {
             format!("{place}: no module fits; {what} '{}' ({})", module.name, hex(&module.identifiers));
         let expected = module.identifiers.get(agreed).copied();
         Stuck { index: at + agreed, expected, words }
+    }
+
+    fn too_many(&self) -> String {
+        let modules = if self.slots == 1 { "module" } else { "modules" };
+        format!("the station takes {} {modules} (Max_Module): take the others out", self.slots)
     }
 
     /// A slot in words.

@@ -117,6 +117,10 @@ fn modules_that_are_named_obey_slots_and_presets() {
     assert_eq!(plug(&slots, &[0, 1]), Ok(()));
     let wrong = "module 'two' may not be in slot 1 'head'; expected 'one'";
     assert_eq!(plug(&slots, &[1, 0]), Err(wrong.to_owned()));
+    // Five modules in four slots, though their octets could be four.
+    let twins = Gsd::read(TWINS).unwrap();
+    let wrong = "the station takes 4 modules (Max_Module): take the others out";
+    assert_eq!(plug(&twins, &[2, 4, 1, 7, 3]), Err(wrong.to_owned()));
 }
 
 /// Numbers that look random.

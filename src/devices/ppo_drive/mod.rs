@@ -118,6 +118,8 @@ pub enum Event {
         /// Now.
         to: f64,
     },
+    /// ON came while the drive brakes with OFF1.
+    OnWhileSwitchingOff,
     /// Inching was asked for and is not begun: the shaft turns, or the setpoint is not locked.
     InchingRefused,
 }
@@ -132,6 +134,10 @@ impl fmt::Display for Event {
             Self::Acknowledged => f.write_str("faults acknowledged; next: OFF1 (STW bit 0 = 0), then ON"),
             Self::Warning(number) => write!(f, "warning {number}"),
             Self::Load { from, to } => write!(f, "load changed from {from} % to {to} % of the rated torque"),
+            Self::OnWhileSwitchingOff => f.write_str(
+                "ON came while the drive switches off (OFF1): it switches on again when the shaft stands; next: OFF1 (STW bit \
+                 0 = 0) if it shall stay off",
+            ),
             Self::InchingRefused => {
                 f.write_str("inching is not begun: the shaft must stand and STW bits 4, 5, 6 must be 0")
             }
@@ -194,6 +200,9 @@ impl Drive {
         let acknowledged = command.acknowledge && !self.command.acknowledge;
         let news = command != self.command;
         let before = self.state;
+        if self.state == State::SwitchingOff(Off::Off1) && command.on && !self.command.on {
+            self.tell(Event::OnWhileSwitchingOff);
+        }
         if acknowledged && self.state == State::Fault {
             self.faults.acknowledge();
             self.tell(Event::Acknowledged);
@@ -264,7 +273,8 @@ impl Drive {
         let asked = command.inching();
         let begins = asked.is_some() && asked != self.command.inching();
         self.inching = match (self.inching, asked) {
-            (Some(present), Some(asked)) if present == asked && command.setpoint_is_locked() => Some(asked),
+            // Also from one inching speed to the other: on the ramp.
+            (Some(_), Some(asked)) if command.setpoint_is_locked() => Some(asked),
             (_, Some(asked)) if begins => {
                 if command.setpoint_is_locked() && self.motion.stands(&self.settings) {
                     Some(asked)

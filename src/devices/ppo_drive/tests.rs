@@ -101,10 +101,30 @@ fn inching_begins_at_standstill_with_the_setpoint_locked() {
     assert_eq!(drive.status().actual, -0x4000 / 10);
     run(&mut drive, 500, Command { inching_1: true, inching_2: true, ..locked });
     assert_eq!(drive.status().actual, 0);
+    // From one to the other without release, on the ramp.
+    run(&mut drive, 500, locked);
+    run(&mut drive, 500, Command { inching_1: true, ..locked });
+    run(&mut drive, 500, Command { inching_2: true, ..locked });
+    assert_eq!(drive.status().actual, -0x4000 / 10);
+    run(&mut drive, 500, locked);
     // With the setpoint released it is refused.
     while drive.poll_event().is_some() {}
     run(&mut drive, 500, Command { inching_1: true, ..Command::run(0) });
     assert_eq!((drive.status().actual, drive.poll_event()), (0, Some(Event::InchingRefused)));
+}
+
+#[test]
+fn on_while_it_switches_off_is_told() {
+    let mut drive = running(Settings { ramp_down: 10.0, ..FAST }, 0x4000, 2000);
+    run(&mut drive, 10, Command { on: false, ..Command::run(0) });
+    while drive.poll_event().is_some() {}
+    run(&mut drive, 10, Command::run(0));
+    assert_eq!(drive.poll_event(), Some(Event::OnWhileSwitchingOff));
+    assert_eq!(
+        (drive.status().state, drive.poll_event()),
+        (State::SwitchingOff(Off::Off1), None),
+        "told once"
+    );
 }
 
 #[test]

@@ -112,6 +112,7 @@ fn refusal(pkw: Pkw) -> Option<(ErrorNumber, String)> {
         JobError::UnknownParameter { .. } => standard_name(job.pke.pnu()),
         JobError::UnknownJob(_)
         | JobError::NoPage { .. }
+        | JobError::NamesNone { .. }
         | JobError::NoDescription
         | JobError::DescriptionReadOnly
         | JobError::WriteOnly

@@ -39,6 +39,12 @@ pub enum JobError {
         /// The octet.
         got: u8,
     },
+    /// The value names a parameter that is not there.
+    #[error("the value names parameter {got}, which is not there; 0 names none")]
+    NamesNone {
+        /// The value.
+        got: u16,
+    },
     /// The parameter can only be read.
     #[error("the parameter is read-only")]
     ReadOnly,
@@ -217,7 +223,9 @@ impl From<JobError> for ErrorNumber {
             JobError::DescriptionReadOnly => Self::DescriptionNotChangeable,
             JobError::UnknownParameter { .. } | JobError::NoPage { .. } => Self::IllegalParameterNumber,
             JobError::ReadOnly => Self::NotChangeable,
-            JobError::OutOfRange { .. } | JobError::Outside { .. } => Self::LimitExceeded,
+            JobError::OutOfRange { .. } | JobError::Outside { .. } | JobError::NamesNone { .. } => {
+                Self::LimitExceeded
+            }
             JobError::NameTooLong => Self::NameNotReadable,
             JobError::DescriptionTooLong => Self::DatumNotReadable,
             JobError::SubindexOutOfRange { .. } | JobError::NoElement { .. } => Self::FaultySubindex,

@@ -21,6 +21,8 @@ pub struct Config {
     pub pages: Pages,
     /// A sub-index counts from 0 on the bus, and from 1 in the table.
     pub from_zero: bool,
+    /// Jobs 11 to 14 are 8, 7, 3 and 2, the value to be kept.
+    pub keeping_jobs: bool,
 }
 
 /// What the octet of IND without the sub-index means (`profidrive-v2.md` 2).
@@ -243,11 +245,15 @@ impl Engine {
         let element = Some(if self.config.from_zero { subindex.saturating_add(1) } else { subindex });
         let word = Value::Word(job.word());
         let double = Value::Double(job.double_word());
-        if job.pke.job() == JobId::NoJob {
+        let mut id = job.pke.job();
+        if id == JobId::NoJob {
             return Ok(Done::Answer(Pkw::ZERO));
         }
+        if let (JobId::Reserved(reserved), true) = (id, self.config.keeping_jobs) {
+            id = reserved.keeping().ok_or(JobError::UnknownJob(reserved))?;
+        }
         let pnu = self.config.pages.parameter(job)?;
-        match job.pke.job() {
+        match id {
             JobId::NoJob => Ok(Done::Answer(Pkw::ZERO)),
             JobId::Read => {
                 let by_element =

@@ -351,6 +351,19 @@ impl ReservedId {
     }
 }
 
+impl ReservedId {
+    /// The job that some families have for it: the same write, the value to be kept in the EEPROM.
+    pub(crate) const fn keeping(self) -> Option<JobId> {
+        match self.0 {
+            11 => Some(JobId::WriteElementDoubleWord),
+            12 => Some(JobId::WriteElementWord),
+            13 => Some(JobId::WriteDoubleWord),
+            14 => Some(JobId::WriteWord),
+            _ => None,
+        }
+    }
+}
+
 impl fmt::Display for ReservedId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         fmt::Display::fmt(&self.0, f)

@@ -91,6 +91,7 @@ impl fmt::Display for JobText {
             }
             JobError::UnknownParameter { .. }
             | JobError::NoPage { .. }
+            | JobError::NamesNone { .. }
             | JobError::ReadOnly
             | JobError::SubindexOutOfRange { .. }
             | JobError::NoElement { .. }

@@ -11,7 +11,8 @@ pub enum Family {
     /// As the profile has it: the sub-index in the high octet of IND, from 1. Parameters 1 to 2047.
     #[default]
     Profile,
-    /// MICROMASTER 4: the sub-index in the high octet of IND, from 0. Bit 7 of the low octet: parameters from 2000 on.
+    /// MICROMASTER 4: the sub-index in the high octet of IND, from 0. Bit 7 of the low octet: parameters from 2000 on. Jobs
+    /// 11 to 14 write and keep.
     Micromaster,
     /// SIMODRIVE 611 universal: the sub-index in the low octet of IND, from 0. Parameters 1 to 2047.
     #[strum(serialize = "611u")]
@@ -51,6 +52,7 @@ impl Family {
             Self::Micromaster => (SubindexOctet::High, Pages::Of2000, true),
             Self::Simodrive611u => (SubindexOctet::Low, Pages::Ignored, true),
         };
-        Config { latency: 0, subindex, read_element_by_plain_job: false, pages, from_zero }
+        let keeping_jobs = matches!(self, Self::Micromaster);
+        Config { latency: 0, subindex, read_element_by_plain_job: false, pages, from_zero, keeping_jobs }
     }
 }

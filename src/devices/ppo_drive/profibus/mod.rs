@@ -355,9 +355,16 @@ impl<A: Application> PpoDrive<A> {
     fn set_more(&mut self, ppo: Option<PpoType>, words: &[u16], news: &mut dyn FnMut(StationEvent)) {
         let assigned = self.assigned(Channel::PzdSetpoint);
         let before = core::mem::replace(&mut self.refused, [None; MORE_WORDS]);
-        for (place, (word, (pnu, element))) in words.iter().zip(assigned).enumerate().take(MORE_WORDS) {
+        let mut words = words.iter().zip(assigned).enumerate().take(MORE_WORDS).peekable();
+        while let Some((place, (word, (pnu, element)))) = words.next() {
+            // Two words in a row that name the same parameter of two words are its high and its low word.
+            let is_double = self.table.row(pnu).is_some_and(|row| row.kind.is_double());
+            let low = words.next_if(|(_, (_, (next, _)))| is_double && *next == pnu);
+            let value = match low {
+                Some((_, (low, _))) => Value::Double(u32::from(*word) << 16 | u32::from(*low)),
+                None => Value::Word(*word),
+            };
             let mut access = self.access(ppo);
-            let value = Value::Word(*word);
             // A write with the value it has would be one more.
             if pnu == 0 || pkw::Parameters::read(&access, pnu, element) == Ok(value) {
                 continue;

@@ -73,6 +73,7 @@ impl View<'_> {
                 Channel::ControlWord => self.known.stw.raw().into(),
                 Channel::StatusWord => self.known.zsw.raw().into(),
                 Channel::Address => self.known.address.number().into(),
+                Channel::Store => 0,
                 Channel::PpoType => self.known.ppo.map_or(0, number),
                 Channel::PzdSetpoint | Channel::PzdActual => self.table.kept(row.pnu, place).unwrap_or(0),
                 Channel::List => self.table.rows().nth(place).map_or(0, |row| row.pnu.into()),
@@ -132,6 +133,13 @@ impl Parameters for Access<'_> {
                     SetError::ReadOnly => JobError::ReadOnly,
                     SetError::Value => JobError::NotNow("the drive cannot be set to this value"),
                 })?;
+            }
+            Tie::Channel(Channel::Store) => return Ok(Written { shown: Value::Word(0), waits: false }),
+            Tie::Channel(Channel::PzdSetpoint | Channel::PzdActual)
+                if number != 0.0 && self.table.rows().all(|row| f64::from(row.pnu) != number) =>
+            {
+                #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a word")]
+                return Err(JobError::NamesNone { got: number as u16 });
             }
             Tie::None | Tie::Channel(_) => _ = self.table.keep(pnu, place, value.bits()),
         }

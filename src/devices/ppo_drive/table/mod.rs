@@ -150,6 +150,8 @@ pub enum Channel {
     PzdSetpoint,
     /// The same for the parameters that it shows (PNU 916).
     PzdActual,
+    /// Stores all parameters, and is 0 again when that is done: at once, as each write is kept (PNU 971).
+    Store,
     /// An array: the numbers of all parameters (PNU 980).
     #[strum(serialize = "parameter-list")]
     List,
@@ -170,14 +172,14 @@ impl Channel {
             // The words of PPO 5 behind the first two.
             Self::PzdSetpoint | Self::PzdActual => Some(8),
             Self::List => Some(LISTED),
-            Self::ControlWord | Self::StatusWord | Self::Address | Self::PpoType => None,
+            Self::ControlWord | Self::StatusWord | Self::Address | Self::PpoType | Self::Store => None,
         }
     }
 
     /// Whether its value is kept by the table, so that it can be written.
     pub(crate) const fn is_settable(self) -> bool {
         match self {
-            Self::PzdSetpoint | Self::PzdActual => true,
+            Self::PzdSetpoint | Self::PzdActual | Self::Store => true,
             Self::ControlWord | Self::StatusWord | Self::Address | Self::PpoType | Self::List => false,
         }
     }
@@ -212,7 +214,7 @@ impl Tie {
         match self {
             Self::None => true,
             Self::Drive(quantity) => quantity.is_kept(),
-            Self::Channel(channel) => channel.is_settable(),
+            Self::Channel(channel) => channel.is_settable() && !matches!(channel, Channel::Store),
         }
     }
 
