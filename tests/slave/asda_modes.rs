@@ -113,6 +113,45 @@ fn the_positioning_option_says_what_a_relative_target_counts_from() {
 }
 
 #[test]
+fn gain_and_feed_forward_of_the_position_loop_make_the_following_error() {
+    // 600 rpm: 12.8e6 increments/s, of which the loop makes what is not fed forward.
+    for (gain, forward, error) in
+        [(200, 100, 0), (35, 100, 0), (200, 50, 32_000), (35, 50, 182_857), (35, 0, 365_714)]
+    {
+        let mut rig = in_pp();
+        rig.set(0x2200, 0, gain);
+        rig.set(0x2202, 0, forward);
+        travel(&mut rig, 20 * REV, 0x10);
+        rig.pass(millis(1000));
+        let got = i64::from(rig.signed(0x60F4));
+        assert!((got - error).abs() <= 15_000, "P2-00 = {gain}, P2-02 = {forward}: {got}, not {error}");
+        rig.until(REACHED, REACHED, millis(5000));
+        assert!((i64::from(rig.position()) - 20 * REV).abs() <= 100, "within 6067h");
+        rig.set(0x6065, 0, 100_000);
+        travel(&mut rig, 0, 0x10);
+        rig.pass(millis(1000));
+        assert_eq!(
+            rig.servo().alarms().is_empty(),
+            error < 100_000,
+            "AL009 of the error that 6065h does not allow"
+        );
+    }
+}
+
+#[test]
+fn home_is_attained_when_the_shaft_is_there_too() {
+    let mut rig = Rig::full();
+    rig.set(0x2200, 0, 35);
+    rig.set(0x2202, 0, 50);
+    rig.set(0x607C, 0, 4711);
+    rig.set(0x6098, 0, 1);
+    rig.enable(Mode::Homing);
+    rig.control(0x1F);
+    rig.until(BIT_12, BIT_12, millis(60_000));
+    assert!((rig.position() - 4711).abs() <= 100, "{}", rig.position());
+}
+
+#[test]
 fn dp_02_the_following_error_is_bit_13_and_al009() {
     let mut rig = in_pp();
     rig.start();

@@ -6,7 +6,7 @@ use super::alarm::Alarm;
 use super::homing::{Homing, Method, Progress, Speeds};
 use super::inputs::{Axis, Closed, Switches};
 use super::interpolation::{Interpolation, Point};
-use super::plant::{Drive, INCREMENTS_PER_REVOLUTION, POSITION_GAIN, approach};
+use super::plant::{Drive, Gains, INCREMENTS_PER_REVOLUTION, VELOCITY_GAIN, approach};
 use super::position::{From, Here, SetPoint, SetPoints};
 use super::profile::{Demand, Ramp, acceleration};
 use super::settings::{Digit, Setting};
@@ -37,7 +37,7 @@ pub(super) enum HomingState {
 }
 
 /// The way that a velocity may lose and still catch up, increments: that of 100 rpm at the gain of the position loop.
-const MOST_LOST: f64 = 100.0 / 60.0 * INCREMENTS_PER_REVOLUTION / POSITION_GAIN;
+const MOST_LOST: f64 = 100.0 / 60.0 * INCREMENTS_PER_REVOLUTION / VELOCITY_GAIN;
 
 /// Periods of 1006h for interpolation (CN-235), us.
 const CYCLE_MICROS: core::ops::RangeInclusive<i64> = 1000..=20_000;
@@ -268,7 +268,14 @@ impl Servo {
     }
 
     fn follow(&self, from: f64) -> Drive {
-        Drive::Position { from, way: self.demand.position - from }
+        let gains = match self.mode {
+            Some(Mode::ProfileVelocity) => Gains::OF_VELOCITY,
+            Some(_) | None => Gains {
+                error: self.settings.of(Setting::PositionGain) as f64,
+                forward: self.settings.of(Setting::FeedForward) as f64 / 100.0,
+            },
+        };
+        Drive::Position { from, way: self.demand.position - from, gains }
     }
 
     fn brake(&mut self, deceleration: f64) {

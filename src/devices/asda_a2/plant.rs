@@ -12,8 +12,8 @@ use super::inputs::Inputs;
 /// Increments of the encoder per revolution (guide, chapter 3).
 pub const INCREMENTS_PER_REVOLUTION: f64 = 1_280_000.0;
 
-/// The gain of the position loop, 1/s.
-pub(super) const POSITION_GAIN: f64 = 200.0;
+/// The gain of what a velocity loop is behind, 1/s.
+pub(super) const VELOCITY_GAIN: f64 = 200.0;
 
 /// The motor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,11 +67,25 @@ impl Default for Constants {
     }
 }
 
+/// The gains of the position loop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Gains {
+    /// Of the following error, 1/s.
+    pub(super) error: f64,
+    /// Of the velocity demanded.
+    pub(super) forward: f64,
+}
+
+impl Gains {
+    /// Of a loop that follows a velocity.
+    pub(super) const OF_VELOCITY: Self = Self { error: VELOCITY_GAIN, forward: 1.0 };
+}
+
 /// What the drive wants of the motor during a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Drive {
     /// Go this way from this position; increments.
-    Position { from: f64, way: f64 },
+    Position { from: f64, way: f64, gains: Gains },
     /// Give this torque in parts of the rated one, below this speed in increments/s.
     Torque { torque: f64, speed: f64 },
     /// No torque.
@@ -121,8 +135,8 @@ impl Plant {
         let friction = inputs.friction_torque.max(0.0);
         let before = self.velocity;
         let (motor, damping, top) = match drive {
-            Drive::Position { from, way } => {
-                let wanted = way / time + POSITION_GAIN * (from - self.position);
+            Drive::Position { from, way, gains } => {
+                let wanted = gains.forward * way / time + gains.error * (from - self.position);
                 let hindrance = inputs.load_torque + friction * sign(wanted);
                 let needed = inertia * (wanted - before) / time + hindrance;
                 (needed.clamp(-peak, peak), 0.0, None)
@@ -198,6 +212,7 @@ mod tests {
         run(&mut plant, 0.5, &Inputs::NOMINAL, |time| Drive::Position {
             from: velocity * (time - 0.001),
             way: velocity * 0.001,
+            gains: Gains::OF_VELOCITY,
         });
         assert!((plant.position - 0.5e6).abs() < 1.0, "{}", plant.position);
         assert!(plant.torque.abs() < 0.01);
@@ -207,7 +222,7 @@ mod tests {
     fn load_beyond_the_peak_carries_the_shaft_away_and_overheats_the_motor() {
         let mut plant = Plant::new(Constants::DEFAULT);
         let inputs = Inputs { load_torque: 5.0, ..Inputs::NOMINAL };
-        run(&mut plant, 9.0, &inputs, |_| Drive::Position { from: 0.0, way: 0.0 });
+        run(&mut plant, 9.0, &inputs, |_| Drive::Position { from: 0.0, way: 0.0, gains: Gains::OF_VELOCITY });
         assert!(plant.velocity < 0.0);
         assert_eq!(plant.heat, 1.0);
     }

@@ -83,6 +83,10 @@ settings! {
         [object(0x2137, 0, I16, "P1-55 maximum speed in rpm"), object(0x6080, 0, U32, "Max motor speed")];
     SpecialWrite = 0, I16_RANGE, Volatile, "P2-08.",
         [object(0x2208, 0, I16, "P2-08 special write")];
+    PositionGain = 200, (0, 2047), Stored, "P2-00: the gain of the position loop in rad/s; of a tuned drive.",
+        [object(0x2200, 0, I16, "P2-00 position loop gain in rad/s")];
+    FeedForward = 100, (0, 100), Stored, "P2-02: how much of the velocity is demanded beside the position loop, in %.",
+        [object(0x2202, 0, I16, "P2-02 position feed forward gain in %")];
     SyncAdjustment = 0x5055, I16_RANGE, Stored, "P3-09: digits E range, T target, D dead zone, M correction.",
         [object(0x2309, 0, I16, "P3-09 SYNC adjustment")
             .digits([(1, 9), (0, 9), ANY, (1, 15)], "of P3-09 digit E must be 1 to 9, T 0 to 9, M 1 to F")];

@@ -28,7 +28,7 @@ impl Servo {
                 let zero = i64::from(self.velocity_actual()).abs() < self.settings.of(Setting::ZeroSpeed);
                 Statusword::ZERO_SPEED.when(zero)
             }
-            Motion::Homing(HomingState::Attained) => Statusword::HOMING_ATTAINED,
+            Motion::Homing(HomingState::Attained) => Statusword::HOMING_ATTAINED.when(self.is_on_demand()),
             Motion::Homing(HomingState::Failed) => Statusword::HOMING_ERROR,
             Motion::Homing(HomingState::Ready | HomingState::Running(_)) => Statusword::NONE,
             Motion::Interpolation(Interpolation::Waiting) => Statusword::NONE,
@@ -68,7 +68,8 @@ impl Servo {
             Motion::Position(points) => points.is_done() && self.window_is_full(),
             Motion::Velocity | Motion::Interpolation(Interpolation::Running(_)) => self.window_is_full(),
             Motion::Torque => self.torque_demand * 1000.0 == self.settings.of(Setting::TargetTorque) as f64,
-            Motion::Homing(HomingState::Attained | HomingState::Failed) => self.demand.velocity == 0.0,
+            Motion::Homing(HomingState::Attained) => self.demand.velocity == 0.0 && self.is_on_demand(),
+            Motion::Homing(HomingState::Failed) => self.demand.velocity == 0.0,
             Motion::Homing(HomingState::Ready | HomingState::Running(_)) => false,
         }
     }
@@ -85,11 +86,14 @@ impl Servo {
                 let left = (points.target() - self.plant.position) / self.gear();
                 left.abs() <= self.settings.of(Setting::PositionWindow) as f64
             }
-            Motion::Interpolation(_) => {
-                i64::from(self.following_error_puu()).abs() <= self.settings.of(Setting::PositionWindow)
-            }
+            Motion::Interpolation(_) => self.is_on_demand(),
             Motion::Hold | Motion::Torque | Motion::Homing(_) => false,
         }
+    }
+
+    /// Whether the shaft is where it shall be now.
+    fn is_on_demand(&self) -> bool {
+        i64::from(self.following_error_puu()).abs() <= self.settings.of(Setting::PositionWindow)
     }
 
     fn window_time(&self) -> u32 {

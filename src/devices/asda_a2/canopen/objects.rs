@@ -20,10 +20,10 @@ pub(super) const fn of(level: Level, stored: bool) -> &'static [Object] {
     }
 }
 
-static HALF: [Object; 103 + STORED.len()] = objects(Level::Half, OTHERS_HALF, &STORED_ENTRIES);
-static FULL: [Object; 103 + STORED.len()] = objects(Level::Full, OTHERS_FULL, &STORED_ENTRIES);
-static HALF_ALONE: [Object; 103] = objects(Level::Half, OTHERS_HALF, &[]);
-static FULL_ALONE: [Object; 103] = objects(Level::Full, OTHERS_FULL, &[]);
+static HALF: [Object; 105 + STORED.len()] = objects(Level::Half, OTHERS_HALF, &STORED_ENTRIES);
+static FULL: [Object; 105 + STORED.len()] = objects(Level::Full, OTHERS_FULL, &STORED_ENTRIES);
+static HALF_ALONE: [Object; 105] = objects(Level::Half, OTHERS_HALF, &[]);
+static FULL_ALONE: [Object; 105] = objects(Level::Full, OTHERS_FULL, &[]);
 
 const OTHERS_HALF: &[Object] = &others(Level::Half);
 const OTHERS_FULL: &[Object] = &others(Level::Full);
