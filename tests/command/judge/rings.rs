@@ -1,4 +1,4 @@
-//! Masters that pass the token, over a terminal: of class 1, and of class 2 beside one of class 1 that the judge plays.
+//! Masters that pass the token, over a terminal.
 
 use std::path::Path;
 use std::time::Duration;
@@ -33,6 +33,7 @@ fn link(bus: &Path) -> String {
     format!("pty:{}", bus.display())
 }
 
+/// Every row with `PROFIDRIVE_EVERY_ROW`.
 #[test]
 fn a_master_of_class_2_passes_over_a_terminal() {
     let dir = TempDir::new().unwrap();
@@ -40,7 +41,24 @@ fn a_master_of_class_2_passes_over_a_terminal() {
     let rows = ["M-R01", "M-R02", "M-R03", "M-R09", "M-C03", "M-E01", "M-E08"];
     let only = rows.join(",");
     let link = link(&bus);
-    let (child, _, stdout) = start(&arguments(&link, &["--class", "2", "--only", &only]));
+    let all = std::env::var_os("PROFIDRIVE_EVERY_ROW").is_some();
+    let more: &[&str] = if all { &["--class", "2"] } else { &["--class", "2", "--only", &only] };
+    let (child, _, stdout) = start(&arguments(&link, more));
     let _master = Running::configured(&bus, Settings { class_2: true, ..in_ring() });
+    passed(stdout, child, &rows);
+}
+
+/// Every row with `PROFIDRIVE_EVERY_ROW`.
+#[test]
+fn a_master_in_a_ring_passes_over_a_terminal() {
+    let dir = TempDir::new().unwrap();
+    let bus = dir.path().join("bus");
+    let rows = ["M-R03", "M-R05", "M-R06", "M-R08"];
+    let only = rows.join(",");
+    let link = link(&bus);
+    let all = std::env::var_os("PROFIDRIVE_EVERY_ROW").is_some();
+    let more: &[&str] = if all { &["--ttr", "1000"] } else { &["--ttr", "1000", "--only", &only] };
+    let (child, _, stdout) = start(&arguments(&link, more));
+    let _master = Running::configured(&bus, in_ring());
     passed(stdout, child, &rows);
 }
