@@ -100,6 +100,8 @@ pub struct Judge {
     stopped: Option<Instant>,
     /// The second master, and its address or that of the last one.
     second: Option<Second>,
+    /// It has read a slave in this scenario.
+    has_read: bool,
     second_at: Option<Address>,
 }
 
@@ -165,6 +167,7 @@ impl Judge {
             asking: false,
             stopped: None,
             second: None,
+            has_read: false,
             second_at: None,
         }
     }

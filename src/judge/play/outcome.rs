@@ -154,6 +154,9 @@ impl Judge {
     pub(super) fn returned(&mut self, scenario: &Scenario) {
         // The second master says itself what it has seen.
         if scenario.course().is_some() {
+            if let Some(slave) = scenario.subject(&self.observer.setup).map(|slave| slave.address) {
+                self.judge_after_reading(slave);
+            }
             return;
         }
         // Where faults are to act the master must have given them an occasion.

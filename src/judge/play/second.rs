@@ -2,7 +2,6 @@
 
 use core::time::Duration;
 
-use super::baseline::Counts;
 use super::{Judge, SILENCE};
 use crate::judge::findings::Weight;
 use crate::judge::moment::{Moment, Side};
@@ -12,6 +11,9 @@ use crate::judge::scenario::{Course, SLOT, Scenario};
 use crate::judge::second::{Evidence, Second, Surroundings};
 use crate::profibus::fdl::Address;
 use crate::time::{Instant, SYN_BITS};
+
+/// So long a master may be without the token when another one leaves the ring.
+const SLOTS_AWAY: u32 = 8;
 
 impl Judge {
     /// The address of the second master that is on the line, or was last.
@@ -133,20 +135,43 @@ impl Judge {
     /// What the second master reads of a slave does not concern the master.
     fn judge_reading(&mut self) {
         let is_read = |second: &&Second| second.has_read() && !self.observer.setup.is_class_2();
-        let Some(second) = self.second.as_ref().filter(is_read) else { return };
-        let (slave, reads) = (second.slave(), second.is_reading());
-        let Counts { start_ups, .. } = self.counts(slave);
-        let before = self.before.get(&slave.number()).copied().unwrap_or_default().start_ups;
-        if self.observer.findings.has_failed(Row::R09) {
+        let Some(slave) = self.second.as_ref().filter(is_read).map(Second::slave) else { return };
+        self.has_read = true;
+        if self.is_started_anew(slave) {
+            self.break_reading(slave);
+        }
+    }
+
+    /// Data are exchanged again behind it. A start-up of several rotations may end only now.
+    pub(super) fn judge_after_reading(&mut self, slave: Address) {
+        if !core::mem::take(&mut self.has_read) {
             return;
         }
-        if start_ups != before {
+        let setup = &self.observer.setup;
+        let watchdogs = self.observer.watchdogs();
+        let expires = watchdogs.iter().any(|(_, time)| *time < setup.slot.unwrap_or(SLOT) * SLOTS_AWAY);
+        match (self.is_started_anew(slave), self.observer.sight()) {
+            (false, _) => self.observer.findings.held(Row::R09),
+            (true, Sight::Exact(_)) if !expires => self.break_reading(slave),
+            (true, _) => {
+                let reason =
+                    format!("station {slave} was started anew when the second master had left the ring");
+                self.observer.findings.missed(Row::R09, reason);
+            }
+        }
+    }
+
+    fn is_started_anew(&self, slave: Address) -> bool {
+        let before = self.before.get(&slave.number()).copied().unwrap_or_default();
+        self.counts(slave).start_ups != before.start_ups
+    }
+
+    fn break_reading(&mut self, slave: Address) {
+        if !self.observer.findings.has_failed(Row::R09) {
             let reason = format!(
                 "station {slave} is started anew after another master has read its diagnosis and inputs"
             );
             self.observer.show(Row::R09, Weight::Once, reason);
-        } else if !reads && !self.observer.findings.is_judged(Row::R09) {
-            self.observer.findings.held(Row::R09);
         }
     }
 }

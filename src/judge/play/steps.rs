@@ -20,6 +20,7 @@ impl Judge {
         faults: &mut Faults,
     ) {
         self.injected = 0;
+        self.has_read = false;
         self.tell(scenario);
         self.remember();
         let played = self.scenarios.get(scenario);

@@ -209,11 +209,6 @@ impl Second {
         self.line.slave
     }
 
-    /// Whether it has read something of a slave and still works.
-    pub(in crate::judge) fn is_reading(&self) -> bool {
-        self.has_read && !matches!(self.state, State::Ignoring { .. } | State::Over)
-    }
-
     /// Whether it has read something of a slave.
     pub(in crate::judge) const fn has_read(&self) -> bool {
         self.has_read
