@@ -74,6 +74,43 @@ const TPDO_TYPES: &[(i64, i64)] = &[(0, 240), (253, 255)];
 /// Transmission types of RPDOs.
 const RPDO_TYPES: &[(i64, i64)] = &[(0, 240), (254, 255)];
 
+const fn error_field(sub: u8) -> Entry {
+    Entry::ro(sub, "Standard error field", U32).number(0).live()
+}
+
+/// Of RPDO 3 and 4.
+const fn rpdo(name: &'static str, base: u32) -> [Entry; 5] {
+    [
+        Entry::ro(0, "Largest sub-index", U8).number(5),
+        Entry::rw(1, name, U32).node_id(base).pre_operational().node(),
+        Entry::rw(2, "Transmission type", U8).number(255).ranges(RPDO_TYPES).pre_operational().node(),
+        Entry::ro(3, "Inhibit time", U16).number(0),
+        Entry::ro(5, "Event timer", U16).number(0),
+    ]
+}
+
+/// Of TPDO 3 and 4.
+const fn tpdo(name: &'static str, base: u32) -> [Entry; 5] {
+    [
+        Entry::ro(0, "Largest sub-index", U8).number(5),
+        Entry::rw(1, name, U32).node_id(base).pre_operational().node(),
+        Entry::rw(2, "Transmission type", U8).number(253).ranges(TPDO_TYPES).pre_operational().node(),
+        Entry::rw(3, "Inhibit time x100 us", U16).number(100).pre_operational().node(),
+        Entry::rw(5, "Event timer ms", U16).number(100).pre_operational().node(),
+    ]
+}
+
+/// Of a PDO 2, which stands for compatibility only.
+const fn unused_pdo(id: i64, timer: i64) -> [Entry; 5] {
+    [
+        Entry::ro(0, "Largest sub-index", U8).number(5),
+        Entry::ro(1, "COB-ID", U32).number(id),
+        Entry::ro(2, "Transmission type", U8).number(255),
+        Entry::ro(3, "Inhibit time", U16).number(0),
+        Entry::ro(5, "Event timer", U16).number(timer),
+    ]
+}
+
 /// The dictionary of a drive with an internal gear of this ratio.
 struct Table<const RATIO: u16>;
 
@@ -93,16 +130,16 @@ impl<const RATIO: u16> Table<RATIO> {
             "Predefined error field",
             &[
                 Entry::rw(0, "Number of errors", U8).number(0).range(0, 0).stored(),
-                Entry::ro(1, "Standard error field", U32).number(0).live(),
-                Entry::ro(2, "Standard error field", U32).number(0).live(),
-                Entry::ro(3, "Standard error field", U32).number(0).live(),
-                Entry::ro(4, "Standard error field", U32).number(0).live(),
-                Entry::ro(5, "Standard error field", U32).number(0).live(),
-                Entry::ro(6, "Standard error field", U32).number(0).live(),
-                Entry::ro(7, "Standard error field", U32).number(0).live(),
-                Entry::ro(8, "Standard error field", U32).number(0).live(),
-                Entry::ro(9, "Standard error field", U32).number(0).live(),
-                Entry::ro(0x0A, "Standard error field", U32).number(0).live(),
+                error_field(1),
+                error_field(2),
+                error_field(3),
+                error_field(4),
+                error_field(5),
+                error_field(6),
+                error_field(7),
+                error_field(8),
+                error_field(9),
+                error_field(10),
             ],
         ),
         Object::var(0x1005, &[Entry::rw(0, "COB-ID SYNC", U32).number(0x0000_0080).pre_operational().node()]),
@@ -154,39 +191,9 @@ impl<const RATIO: u16> Table<RATIO> {
                 Entry::rw(5, "Event timer", U16).number(0).pre_operational().node(),
             ],
         ),
-        Object::record(
-            0x1401,
-            "RPDO2 communication parameter",
-            &[
-                Entry::ro(0, "Largest sub-index", U8).number(5),
-                Entry::ro(1, "COB-ID", U32).number(0x0000_0301),
-                Entry::ro(2, "Transmission type", U8).number(255),
-                Entry::ro(3, "Inhibit time", U16).number(0),
-                Entry::ro(5, "Event timer", U16).number(0),
-            ],
-        ),
-        Object::record(
-            0x1402,
-            "RPDO3 communication parameter",
-            &[
-                Entry::ro(0, "Largest sub-index", U8).number(5),
-                Entry::rw(1, "COB-ID RPDO3", U32).node_id(0x400).pre_operational().node(),
-                Entry::rw(2, "Transmission type", U8).number(255).ranges(RPDO_TYPES).pre_operational().node(),
-                Entry::ro(3, "Inhibit time", U16).number(0),
-                Entry::ro(5, "Event timer", U16).number(0),
-            ],
-        ),
-        Object::record(
-            0x1403,
-            "RPDO4 communication parameter",
-            &[
-                Entry::ro(0, "Largest sub-index", U8).number(5),
-                Entry::rw(1, "COB-ID RPDO4", U32).node_id(0x500).pre_operational().node(),
-                Entry::rw(2, "Transmission type", U8).number(255).ranges(RPDO_TYPES).pre_operational().node(),
-                Entry::ro(3, "Inhibit time", U16).number(0),
-                Entry::ro(5, "Event timer", U16).number(0),
-            ],
-        ),
+        Object::record(0x1401, "RPDO2 communication parameter", &unused_pdo(0x0000_0301, 0)),
+        Object::record(0x1402, "RPDO3 communication parameter", &rpdo("COB-ID RPDO3", 0x400)),
+        Object::record(0x1403, "RPDO4 communication parameter", &rpdo("COB-ID RPDO4", 0x500)),
         Object::record(
             0x1600,
             "RPDO1 mapping parameter",
@@ -229,39 +236,9 @@ impl<const RATIO: u16> Table<RATIO> {
                 Entry::rw(5, "Event timer ms", U16).number(100).pre_operational().stored().node(),
             ],
         ),
-        Object::record(
-            0x1801,
-            "TPDO2 communication parameter",
-            &[
-                Entry::ro(0, "Largest sub-index", U8).number(5),
-                Entry::ro(1, "COB-ID", U32).number(0x0000_0281),
-                Entry::ro(2, "Transmission type", U8).number(255),
-                Entry::ro(3, "Inhibit time", U16).number(0),
-                Entry::ro(5, "Event timer", U16).number(100),
-            ],
-        ),
-        Object::record(
-            0x1802,
-            "TPDO3 communication parameter",
-            &[
-                Entry::ro(0, "Largest sub-index", U8).number(5),
-                Entry::rw(1, "COB-ID TPDO3", U32).node_id(0x380).pre_operational().node(),
-                Entry::rw(2, "Transmission type", U8).number(253).ranges(TPDO_TYPES).pre_operational().node(),
-                Entry::rw(3, "Inhibit time x100 us", U16).number(100).pre_operational().node(),
-                Entry::rw(5, "Event timer ms", U16).number(100).pre_operational().node(),
-            ],
-        ),
-        Object::record(
-            0x1803,
-            "TPDO4 communication parameter",
-            &[
-                Entry::ro(0, "Largest sub-index", U8).number(5),
-                Entry::rw(1, "COB-ID TPDO4", U32).node_id(0x480).pre_operational().node(),
-                Entry::rw(2, "Transmission type", U8).number(253).ranges(TPDO_TYPES).pre_operational().node(),
-                Entry::rw(3, "Inhibit time x100 us", U16).number(100).pre_operational().node(),
-                Entry::rw(5, "Event timer ms", U16).number(100).pre_operational().node(),
-            ],
-        ),
+        Object::record(0x1801, "TPDO2 communication parameter", &unused_pdo(0x0000_0281, 100)),
+        Object::record(0x1802, "TPDO3 communication parameter", &tpdo("COB-ID TPDO3", 0x380)),
+        Object::record(0x1803, "TPDO4 communication parameter", &tpdo("COB-ID TPDO4", 0x480)),
         Object::record(
             0x1A00,
             "TPDO1 mapping parameter",
