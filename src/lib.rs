@@ -169,7 +169,13 @@ mod readme {}
 pub mod process;
 
 #[cfg(feature = "std")]
+pub mod device_file;
+
+#[cfg(feature = "std")]
 pub mod gsd;
+
+#[cfg(feature = "std")]
+pub mod eds;
 
 #[cfg(feature = "std")]
 pub mod explain;

@@ -14,6 +14,7 @@ use super::problem::{Body, PathOf, Problem};
 use super::routes::Place;
 use crate::can_bus::canopen;
 use crate::can_bus::canopen::dictionary::Access;
+use crate::can_bus::canopen::value::Kind;
 use crate::can_bus::canopen::{Abort, Address, DataType, Entry, Object};
 use crate::devices::CanopenDevice;
 
@@ -198,26 +199,31 @@ fn octets(at: Address, data: DataType, value: &ObjectValue) -> Result<Vec<u8>, P
         let got = serde_json::to_string(value).unwrap_or_default();
         Problem::value(format!("{at} is {}: expected {expected}, got {got}", data.name()))
     };
-    if data.octets().is_none() {
-        return match value {
-            ObjectValue::Text(text) => Ok(text.as_bytes().to_vec()),
-            ObjectValue::Whole(_) | ObjectValue::Real(_) => Err(wrong("a text")),
-        };
-    }
-    let is_real = data == DataType::Real32;
-    match value {
-        #[expect(clippy::cast_possible_truncation, reason = "to the precision that the entry has")]
-        ObjectValue::Real(number) if is_real => Ok((*number as f32).to_le_bytes().to_vec()),
+    match (data.kind(), value) {
+        (Kind::Text, ObjectValue::Text(text)) => Ok(text.as_bytes().to_vec()),
+        (Kind::Octets, ObjectValue::Text(text)) if data.octets().is_none() => Ok(text.as_bytes().to_vec()),
+        (Kind::Text | Kind::Octets, _) => Err(wrong("a text")),
+        (Kind::Real, ObjectValue::Real(number)) => Ok(real(data, *number)),
         #[expect(clippy::cast_precision_loss, reason = "to the precision that the entry has")]
-        ObjectValue::Whole(number) if is_real => Ok((*number as f32).to_le_bytes().to_vec()),
-        ObjectValue::Text(_) if is_real => Err(wrong("a number")),
-        ObjectValue::Whole(number) => {
+        (Kind::Real, ObjectValue::Whole(number)) => Ok(real(data, *number as f64)),
+        (Kind::Real, ObjectValue::Text(_)) => Err(wrong("a number")),
+        (Kind::Boolean | Kind::Signed | Kind::Unsigned, ObjectValue::Whole(number)) => {
             match canopen::Value::whole(data, *number).filter(|_| fits(data, *number)) {
                 Some(value) => Ok(value.with_octets(<[u8]>::to_vec)),
                 None => Err(wrong("a whole number that fits into it")),
             }
         }
-        ObjectValue::Real(_) | ObjectValue::Text(_) => Err(wrong("a whole number")),
+        (Kind::Boolean | Kind::Signed | Kind::Unsigned, ObjectValue::Real(_) | ObjectValue::Text(_)) => {
+            Err(wrong("a whole number"))
+        }
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "to the precision that the entry has")]
+fn real(data: DataType, number: f64) -> Vec<u8> {
+    match data.octets() {
+        Some(4) => (number as f32).to_le_bytes().to_vec(),
+        Some(_) | None => number.to_le_bytes().to_vec(),
     }
 }
 
@@ -225,7 +231,7 @@ fn octets(at: Address, data: DataType, value: &ObjectValue) -> Result<Vec<u8>, P
 fn fits(data: DataType, number: i64) -> bool {
     match data.range() {
         Some((low, high)) => (low..=high).contains(&number),
-        None => data != DataType::U64 || number >= 0,
+        None => number >= 0,
     }
 }
 
@@ -266,6 +272,8 @@ impl ObjectValue {
         let value = data.decode(octets)?;
         Some(if let canopen::Value::Real32(number) = value {
             Self::Real(number.into())
+        } else if let canopen::Value::Real64(number) = value {
+            Self::Real(number)
         } else if let canopen::Value::Octets(octets) = value {
             Self::Text(String::from_utf8_lossy(octets).into_owned())
         } else if let Some(number) = value.number() {

@@ -39,8 +39,12 @@ const TABLE: &[(&str, &[&str])] = &[
     ("client", &["can_bus", "devices", "face", "profibus", "time"]),
     // A machine behind any slave.
     ("process", &["profibus::fdl", "time"]),
+    // Text of a device file, and what is odd in it.
+    ("device_file", &[]),
     // A slave of any kind.
-    ("gsd", &["process", "profibus::dp", "profibus::fdl", "time"]),
+    ("gsd", &["device_file", "process", "profibus::dp", "profibus::fdl", "time"]),
+    // A node of any kind.
+    ("eds", &["can_bus::canopen", "device_file"]),
     ("explain", &["can_bus", "devices", "face", "profibus", "time"]),
     // One framer for a bus, generic slaves, links that keep telegrams apart or corrupt them on purpose, and buses of CAN.
     ("host", &["can_bus", "chance", "devices", "face", "gsd", "image", "process", "profibus", "time"]),

@@ -355,10 +355,7 @@ impl Entry {
             Default::Real(number) => return Value::Real32(number),
             Default::Text(text) => return Value::text(text),
         };
-        if self.data == DataType::Real32 {
-            return Value::Real32(0.0);
-        }
-        Value::whole(self.data, number).unwrap_or(Value::Octets(&[]))
+        Value::whole(self.data, number).unwrap_or_else(|| self.data.zero())
     }
 
     /// The fewest and the most octets a value written may have.

@@ -3,7 +3,7 @@
 use core::fmt::{self, Write};
 
 use super::dictionary::{Access, Default, Entry, Limits, Mapping, Object, ObjectType};
-use super::value::DataType;
+use super::value::{DataType, Kind};
 
 /// What an EDS says besides the object dictionary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -206,18 +206,9 @@ fn write_entry(entry: &Entry, out: &mut dyn Write) -> fmt::Result {
 
 /// Numbers with sign in decimal, others in hexadecimal: never with a leading zero that would make them octal.
 fn write_number(data: DataType, number: i64, out: &mut dyn Write) -> fmt::Result {
-    match data {
-        DataType::I8 | DataType::I16 | DataType::I32 | DataType::I64 | DataType::Real32 => {
-            write!(out, "{number}")
-        }
-        DataType::Boolean
-        | DataType::U8
-        | DataType::U16
-        | DataType::U32
-        | DataType::U64
-        | DataType::VisibleString
-        | DataType::OctetString
-        | DataType::Domain => write!(out, "0x{number:X}"),
+    match data.kind() {
+        Kind::Signed | Kind::Real => write!(out, "{number}"),
+        Kind::Boolean | Kind::Unsigned | Kind::Text | Kind::Octets => write!(out, "0x{number:X}"),
     }
 }
 

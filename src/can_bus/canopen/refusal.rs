@@ -6,7 +6,7 @@ use super::abort::Abort;
 use super::address::Address;
 use super::dictionary::{Entry, Limits, Place};
 use super::nmt::NmtState;
-use super::value::DataType;
+use super::value::Kind;
 
 /// Octets of a value that are kept to be told; of longer ones the first.
 const KEPT: usize = 8;
@@ -303,15 +303,10 @@ impl Attempt {
 
 /// Whether the values of an entry are numbers that somebody counts, not bits.
 fn is_counted(entry: &Entry) -> bool {
-    match entry.data {
-        DataType::I8
-        | DataType::I16
-        | DataType::I32
-        | DataType::I64
-        | DataType::Real32
-        | DataType::Boolean => true,
-        DataType::U8 | DataType::U16 | DataType::U32 | DataType::U64 => entry.limits != Limits::Type,
-        DataType::VisibleString | DataType::OctetString | DataType::Domain => false,
+    match entry.data.kind() {
+        Kind::Signed | Kind::Real | Kind::Boolean => true,
+        Kind::Unsigned => entry.limits != Limits::Type,
+        Kind::Text | Kind::Octets => false,
     }
 }
 
@@ -323,6 +318,7 @@ fn is_text(entry: Option<&Entry>) -> bool {
 mod tests {
 
     use super::*;
+    use crate::can_bus::canopen::value::DataType;
 
     const MODE: Entry = Entry::rw(0, "Mode", DataType::I8).range(1, 2);
     const ID: Entry = Entry::rw(1, "COB-ID", DataType::U32);

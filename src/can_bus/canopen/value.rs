@@ -2,117 +2,172 @@
 
 use core::fmt;
 
-/// The type of an entry.
+/// What the values of a type are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum DataType {
-    /// 1 bit, sent as one octet 0 or 1.
+pub enum Kind {
+    /// True or false.
     Boolean,
+    /// A whole number with sign.
+    Signed,
+    /// A whole number without sign.
+    Unsigned,
+    /// A number of IEEE 754.
+    Real,
+    /// Characters.
+    Text,
+    /// Octets without a meaning that is known here.
+    Octets,
+}
+
+impl Kind {
+    /// Whether its values are whole numbers; a BOOLEAN is 0 or 1.
+    pub(crate) const fn is_whole(self) -> bool {
+        matches!(self, Self::Boolean | Self::Signed | Self::Unsigned)
+    }
+}
+
+/// `/// Text` `Variant = number, "NAME", Kind, octets of a value (0: they differ);`
+macro_rules! data_types {
+    ($($(#[$doc:meta])* $data:ident = $number:literal, $name:literal, $kind:ident, $octets:literal;)*) => {
+        /// The type of an entry.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum DataType {
+            $($(#[$doc])* $data,)*
+        }
+
+        impl DataType {
+            /// The number of the type in dictionaries and EDS files.
+            pub const fn number(self) -> u16 {
+                match self {
+                    $(Self::$data => $number,)*
+                }
+            }
+
+            /// The type with that number.
+            pub const fn of_number(number: u16) -> Option<Self> {
+                match number {
+                    $($number => Some(Self::$data),)*
+                    _other => None,
+                }
+            }
+
+            /// Its name in CiA 301.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$data => $name,)*
+                }
+            }
+
+            /// What its values are.
+            pub const fn kind(self) -> Kind {
+                match self {
+                    $(Self::$data => Kind::$kind,)*
+                }
+            }
+
+            /// Octets of a value, `None` where values differ in length.
+            pub const fn octets(self) -> Option<usize> {
+                match self {
+                    $(Self::$data => if $octets == 0 { None } else { Some($octets) },)*
+                }
+            }
+        }
+    };
+}
+
+data_types! {
+    /// 1 bit, sent as one octet 0 or 1.
+    Boolean = 0x01, "BOOLEAN", Boolean, 1;
     /// 8 bits with sign.
-    I8,
+    I8 = 0x02, "INTEGER8", Signed, 1;
     /// 16 bits with sign.
-    I16,
+    I16 = 0x03, "INTEGER16", Signed, 2;
     /// 32 bits with sign.
-    I32,
+    I32 = 0x04, "INTEGER32", Signed, 4;
     /// 8 bits.
-    U8,
+    U8 = 0x05, "UNSIGNED8", Unsigned, 1;
     /// 16 bits.
-    U16,
+    U16 = 0x06, "UNSIGNED16", Unsigned, 2;
     /// 32 bits.
-    U32,
+    U32 = 0x07, "UNSIGNED32", Unsigned, 4;
     /// IEEE 754, 32 bits.
-    Real32,
+    Real32 = 0x08, "REAL32", Real, 4;
     /// Characters 20h to 7Eh, without terminator.
-    VisibleString,
+    VisibleString = 0x09, "VISIBLE_STRING", Text, 0;
     /// Octets.
-    OctetString,
+    OctetString = 0x0A, "OCTET_STRING", Octets, 0;
+    /// UTF-16, low octet first, without terminator.
+    UnicodeString = 0x0B, "UNICODE_STRING", Octets, 0;
+    /// Milliseconds since midnight (28 bits) and days since 1 January 1984 (16 bits).
+    TimeOfDay = 0x0C, "TIME_OF_DAY", Octets, 6;
+    /// Milliseconds (28 bits) and days (16 bits).
+    TimeDifference = 0x0D, "TIME_DIFFERENCE", Octets, 6;
     /// Octets of a program or a file.
-    Domain,
+    Domain = 0x0F, "DOMAIN", Octets, 0;
+    /// 24 bits with sign.
+    I24 = 0x10, "INTEGER24", Signed, 3;
+    /// IEEE 754, 64 bits.
+    Real64 = 0x11, "REAL64", Real, 8;
+    /// 40 bits with sign.
+    I40 = 0x12, "INTEGER40", Signed, 5;
+    /// 48 bits with sign.
+    I48 = 0x13, "INTEGER48", Signed, 6;
+    /// 56 bits with sign.
+    I56 = 0x14, "INTEGER56", Signed, 7;
     /// 64 bits with sign.
-    I64,
+    I64 = 0x15, "INTEGER64", Signed, 8;
+    /// 24 bits.
+    U24 = 0x16, "UNSIGNED24", Unsigned, 3;
+    /// 40 bits.
+    U40 = 0x18, "UNSIGNED40", Unsigned, 5;
+    /// 48 bits.
+    U48 = 0x19, "UNSIGNED48", Unsigned, 6;
+    /// 56 bits.
+    U56 = 0x1A, "UNSIGNED56", Unsigned, 7;
     /// 64 bits.
-    U64,
+    U64 = 0x1B, "UNSIGNED64", Unsigned, 8;
 }
 
 impl DataType {
-    /// The number of the type in dictionaries and EDS files.
-    pub const fn number(self) -> u16 {
-        match self {
-            Self::Boolean => 0x01,
-            Self::I8 => 0x02,
-            Self::I16 => 0x03,
-            Self::I32 => 0x04,
-            Self::U8 => 0x05,
-            Self::U16 => 0x06,
-            Self::U32 => 0x07,
-            Self::Real32 => 0x08,
-            Self::VisibleString => 0x09,
-            Self::OctetString => 0x0A,
-            Self::Domain => 0x0F,
-            Self::I64 => 0x15,
-            Self::U64 => 0x1B,
-        }
-    }
-
-    /// Its name in CiA 301.
-    pub(crate) const fn name(self) -> &'static str {
-        match self {
-            Self::Boolean => "BOOLEAN",
-            Self::I8 => "INTEGER8",
-            Self::I16 => "INTEGER16",
-            Self::I32 => "INTEGER32",
-            Self::U8 => "UNSIGNED8",
-            Self::U16 => "UNSIGNED16",
-            Self::U32 => "UNSIGNED32",
-            Self::Real32 => "REAL32",
-            Self::VisibleString => "VISIBLE_STRING",
-            Self::OctetString => "OCTET_STRING",
-            Self::Domain => "DOMAIN",
-            Self::I64 => "INTEGER64",
-            Self::U64 => "UNSIGNED64",
-        }
-    }
-
-    /// Octets of a value, `None` where values differ in length.
-    pub const fn octets(self) -> Option<usize> {
-        match self {
-            Self::Boolean | Self::I8 | Self::U8 => Some(1),
-            Self::I16 | Self::U16 => Some(2),
-            Self::I32 | Self::U32 | Self::Real32 => Some(4),
-            Self::I64 | Self::U64 => Some(8),
-            Self::VisibleString | Self::OctetString | Self::Domain => None,
-        }
-    }
-
-    /// The lowest and the highest value of a whole number, `None` for other types.
+    /// The lowest and the highest value of a whole number, `None` for other types and for an UNSIGNED64.
     pub const fn range(self) -> Option<(i64, i64)> {
-        match self {
-            Self::Boolean => Some((0, 1)),
-            Self::I8 => Some((i8::MIN as i64, i8::MAX as i64)),
-            Self::I16 => Some((i16::MIN as i64, i16::MAX as i64)),
-            Self::I32 => Some((i32::MIN as i64, i32::MAX as i64)),
-            Self::U8 => Some((0, u8::MAX as i64)),
-            Self::U16 => Some((0, u16::MAX as i64)),
-            Self::U32 => Some((0, u32::MAX as i64)),
-            Self::Real32 | Self::VisibleString | Self::OctetString | Self::Domain | Self::I64 | Self::U64 => {
-                None
+        match (self.kind(), self.octets()) {
+            (Kind::Boolean, _) => Some((0, 1)),
+            (Kind::Signed, Some(octets)) => {
+                Some((i64::MIN >> (64 - 8 * octets), i64::MAX >> (64 - 8 * octets)))
             }
+            (Kind::Unsigned, Some(octets)) if octets < 8 => Some((0, i64::MAX >> (63 - 8 * octets))),
+            (Kind::Signed | Kind::Unsigned | Kind::Real | Kind::Text | Kind::Octets, _) => None,
         }
+    }
+
+    /// Zeros, as many as a value has; where values differ in length none.
+    pub(crate) fn zero(self) -> Value<'static> {
+        const ZEROS: &[u8] = &[0; 8];
+        let octets = self.octets().and_then(|len| ZEROS.get(..len)).unwrap_or_default();
+        self.decode(octets).unwrap_or(Value::Octets(octets))
     }
 
     /// The value that `octets` are, `None` if their number is wrong for the type. Of a BOOLEAN bit 0 counts.
     pub fn decode(self, octets: &[u8]) -> Option<Value<'_>> {
-        Some(match self {
-            Self::Boolean => Value::Boolean(u8::from_le_bytes(octets.try_into().ok()?) & 1 == 1),
-            Self::I8 => Value::I8(i8::from_le_bytes(octets.try_into().ok()?)),
-            Self::I16 => Value::I16(i16::from_le_bytes(octets.try_into().ok()?)),
-            Self::I32 => Value::I32(i32::from_le_bytes(octets.try_into().ok()?)),
-            Self::U8 => Value::U8(u8::from_le_bytes(octets.try_into().ok()?)),
-            Self::U16 => Value::U16(u16::from_le_bytes(octets.try_into().ok()?)),
-            Self::U32 => Value::U32(u32::from_le_bytes(octets.try_into().ok()?)),
-            Self::Real32 => Value::Real32(f32::from_le_bytes(octets.try_into().ok()?)),
-            Self::I64 => Value::I64(i64::from_le_bytes(octets.try_into().ok()?)),
-            Self::U64 => Value::U64(u64::from_le_bytes(octets.try_into().ok()?)),
-            Self::VisibleString | Self::OctetString | Self::Domain => Value::Octets(octets),
+        if self.octets().is_some_and(|expected| expected != octets.len()) {
+            return None;
+        }
+        let low = || octets.iter().rev().fold(0, |number, octet| number << 8 | u64::from(*octet));
+        Some(match self.kind() {
+            Kind::Boolean | Kind::Unsigned => Value::whole(self, low().cast_signed())?,
+            Kind::Signed => {
+                let unused = u32::try_from(octets.len())
+                    .ok()?
+                    .checked_mul(8)
+                    .and_then(|bits| 64_u32.checked_sub(bits))?;
+                Value::whole(self, low().checked_shl(unused)?.cast_signed() >> unused)?
+            }
+            Kind::Real => match octets.try_into() {
+                Ok(octets) => Value::Real32(f32::from_le_bytes(octets)),
+                Err(_) => Value::Real64(f64::from_le_bytes(octets.try_into().ok()?)),
+            },
+            Kind::Text | Kind::Octets => Value::Octets(octets),
         })
     }
 }
@@ -131,7 +186,13 @@ pub enum Value<'a> {
     Real32(f32),
     I64(i64),
     U64(u64),
-    /// A string or a domain.
+    Real64(f64),
+    /// A whole number of 3, 5, 6 or 7 octets.
+    Wide {
+        number: i64,
+        octets: u8,
+    },
+    /// A string, a time or a domain.
     Octets(&'a [u8]),
 }
 
@@ -154,9 +215,22 @@ impl<'a> Value<'a> {
             DataType::U32 => Self::U32(number as u32),
             DataType::I64 => Self::I64(number),
             DataType::U64 => Self::U64(number as u64),
-            DataType::Real32 | DataType::VisibleString | DataType::OctetString | DataType::Domain => {
-                return None;
-            }
+            data => match (data.kind(), data.octets()) {
+                (Kind::Signed, Some(octets)) => {
+                    let unused = 64 - 8 * octets as u32;
+                    Self::Wide { number: number << unused >> unused, octets: octets as u8 }
+                }
+                (Kind::Unsigned, Some(octets)) => {
+                    let unused = 64 - 8 * octets as u32;
+                    Self::Wide { number: ((number as u64) << unused >> unused) as i64, octets: octets as u8 }
+                }
+                (
+                    Kind::Boolean | Kind::Signed | Kind::Unsigned | Kind::Real | Kind::Text | Kind::Octets,
+                    _,
+                ) => {
+                    return None;
+                }
+            },
         })
     }
 
@@ -170,9 +244,9 @@ impl<'a> Value<'a> {
             Self::U8(number) => Some(number as i64),
             Self::U16(number) => Some(number as i64),
             Self::U32(number) => Some(number as i64),
-            Self::I64(number) => Some(number),
+            Self::I64(number) | Self::Wide { number, .. } => Some(number),
             Self::U64(number) if number <= i64::MAX as u64 => Some(number.cast_signed()),
-            Self::U64(_) | Self::Real32(_) | Self::Octets(_) => None,
+            Self::U64(_) | Self::Real32(_) | Self::Real64(_) | Self::Octets(_) => None,
         }
     }
 
@@ -189,6 +263,11 @@ impl<'a> Value<'a> {
             Self::Real32(number) => take(&number.to_le_bytes()),
             Self::I64(number) => take(&number.to_le_bytes()),
             Self::U64(number) => take(&number.to_le_bytes()),
+            Self::Real64(number) => take(&number.to_le_bytes()),
+            Self::Wide { number, octets } => {
+                let all = number.to_le_bytes();
+                take(all.get(..usize::from(octets)).unwrap_or(&all))
+            }
             Self::Octets(octets) => take(octets),
         }
     }
@@ -207,10 +286,59 @@ impl fmt::Display for Value<'_> {
             Self::Real32(number) => number.fmt(f),
             Self::I64(number) => number.fmt(f),
             Self::U64(number) => number.fmt(f),
+            Self::Real64(number) => number.fmt(f),
+            Self::Wide { number, .. } => number.fmt(f),
             Self::Octets(octets) => match core::str::from_utf8(octets) {
                 Ok(text) => write!(f, "{text:?}"),
                 Err(_) => write!(f, "{octets:02X?}"),
             },
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_type_reads_what_it_writes_and_nothing_of_another_length() {
+        let all: std::vec::Vec<_> = (0..=0xFF).filter_map(DataType::of_number).collect();
+        assert_eq!(all.len(), 25);
+        for data in all {
+            assert_eq!(DataType::of_number(data.number()), Some(data));
+            let Some(len) = data.octets() else { continue };
+            let octets: std::vec::Vec<u8> = (0x81..).take(len).collect();
+            let value = data.decode(&octets).unwrap();
+            if data != DataType::Boolean {
+                value.with_octets(|written| assert_eq!(written, octets, "{}", data.name()));
+            }
+            for wrong in [len - 1, len + 1] {
+                assert_eq!(data.decode(&std::vec![0; wrong]), None, "{} of {wrong} octets", data.name());
+            }
+            if let (Some((low, high)), true) = (data.range(), data.kind().is_whole()) {
+                for number in [low, high, 0, 1] {
+                    let value = Value::whole(data, number).unwrap();
+                    assert_eq!(value.number(), Some(number), "{}", data.name());
+                    value.with_octets(|octets| assert_eq!(data.decode(octets), Some(value)));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_odd_widths_are_low_octet_first_with_their_sign() {
+        for (data, octets, number) in [
+            (DataType::I24, &[0xFE, 0xFF, 0xFF][..], -2),
+            (DataType::U24, &[0x01, 0x02, 0x03], 0x03_0201),
+            (DataType::I40, &[0, 0, 0, 0, 0x80], -0x80_0000_0000),
+            (DataType::U56, &[0xFF; 7], 0xFF_FFFF_FFFF_FFFF),
+            (DataType::I64, &[0xFF; 8], -1),
+        ] {
+            assert_eq!(data.decode(octets).and_then(Value::number), Some(number), "{}", data.name());
+        }
+        assert_eq!(DataType::U64.decode(&[0xFF; 8]), Some(Value::U64(u64::MAX)));
+        assert_eq!(DataType::I24.range(), Some((-0x80_0000, 0x7F_FFFF)));
+        assert_eq!(DataType::U48.range(), Some((0, 0xFFFF_FFFF_FFFF)));
+        assert_eq!(Value::whole(DataType::I24, 0xFF_FFFE).and_then(Value::number), Some(-2));
     }
 }

@@ -4,6 +4,7 @@ use super::node::Learned;
 use crate::can_bus::canopen::cob_id::CobId;
 use crate::can_bus::canopen::dictionary::Place;
 use crate::can_bus::canopen::pdo::mapping::MappingWord;
+use crate::can_bus::canopen::value::Kind;
 use crate::can_bus::canopen::{Abort, Address, DataType, Entry, Value};
 use crate::can_bus::cia402::{Command, Controlword, State, Statusword};
 use crate::devices::ag03::param;
@@ -254,23 +255,17 @@ fn signature(octets: &[u8]) -> String {
 
 fn a_type(entry: &Entry) -> String {
     let name = match entry.data {
-        DataType::Boolean => "a BOOLEAN",
-        DataType::I8 => "an INTEGER8",
-        DataType::I16 => "an INTEGER16",
-        DataType::I32 => "an INTEGER32",
-        DataType::I64 => "an INTEGER64",
-        DataType::U8 => "an UNSIGNED8",
-        DataType::U16 => "an UNSIGNED16",
-        DataType::U32 => "an UNSIGNED32",
-        DataType::U64 => "an UNSIGNED64",
-        DataType::Real32 => "a REAL32",
-        DataType::VisibleString => "a string",
-        DataType::OctetString => "octets",
-        DataType::Domain => "a domain",
+        DataType::VisibleString => "a string".into(),
+        DataType::OctetString => "octets".into(),
+        DataType::Domain => "a domain".into(),
+        data => match data.kind() {
+            Kind::Signed | Kind::Unsigned | Kind::Octets => format!("an {}", data.name()),
+            Kind::Boolean | Kind::Real | Kind::Text => format!("a {}", data.name()),
+        },
     };
     match entry.data.octets() {
         Some(len) => format!("{name} of {}", octets_of(len)),
-        None => name.into(),
+        None => name,
     }
 }
 
