@@ -52,6 +52,7 @@
 //! | [`embedded`] | a slave at the UART of a microcontroller, for `embedded-io` too | direction pins, deadlines |
 //! | [`client`] | the master's side: parameters and control words of a drive, without I/O | PKW, STW and ZSW patterns |
 //! | [`process`] | values in inputs and outputs, inputs that move by themselves (feature `std`) | what a machine does |
+//! | [`device_file`], [`eds`] | files of devices with what is odd in them, and those of CANopen nodes (feature `std`) | CiA 306 |
 //! | [`gsd`] | device files, and the slave that one describes (feature `std`) | what a GSD says |
 //! | [`explain`] | telegrams, frames and words in words (feature `std`) | what all of the above mean to a person |
 //! | [`host`] | links, clock, run loop (feature `std`) | the operating system |

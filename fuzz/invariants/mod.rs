@@ -8,6 +8,8 @@ pub(crate) mod canopen_device;
 pub(crate) mod canopen_node;
 #[cfg(feature = "std")]
 pub(crate) mod decode_cli;
+#[cfg(feature = "std")]
+pub(crate) mod eds;
 pub(crate) mod eeprom_image;
 pub(crate) mod framer;
 #[cfg(feature = "std")]

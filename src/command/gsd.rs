@@ -3,31 +3,25 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use crate::gsd::{DiagArea, DiagBit, Gsd, Level, Module, Parameter, Policy, PrmPart, Station};
-use crate::host::list::gsd_of_file;
+use crate::gsd::{DiagArea, DiagBit, Gsd, Module, Parameter, Policy, PrmPart, Station};
+use crate::host::gsd_of_file;
 use crate::profibus::dp::IoLengths;
 use serde_json::{Value, json};
 
 use super::Failure;
 use super::args;
+use super::device_file::{self, Said};
 
 pub(crate) fn gsd(args: &args::Gsd) -> Result<(), Failure> {
-    let mut out = io::BufWriter::new(io::stdout().lock());
-    let (said, outcome) = match (&args.check, &args.file) {
-        (Some(args::Check::Check { file }), _) => check(&mut out, file)?,
+    device_file::print(|out| match (&args.check, &args.file) {
+        (Some(args::Check::Check { file }), _) => check(out, file),
         (None, Some(file)) => {
             let gsd = read(file)?;
-            let said = if args.json { writeln!(out, "{}", as_json(&gsd)) } else { explain(&mut out, &gsd) };
-            (said, Ok(()))
+            let said = if args.json { writeln!(out, "{}", as_json(&gsd)) } else { explain(out, &gsd) };
+            Ok((said, Ok(())))
         }
-        (None, None) => return Err(Failure::Usage("a file is missing; see 'profidrive gsd --help'".into())),
-    };
-    match said.and_then(|()| out.flush()) {
-        // Whoever asked has closed the pipe after the first lines (`| head`).
-        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => outcome,
-        Err(error) => Err(Failure::from_error(&error)),
-        Ok(()) => outcome,
-    }
+        (None, None) => Err(device_file::missing("gsd")),
+    })
 }
 
 /// A file, read: what is wrong with it is an error of the command line.
@@ -35,24 +29,16 @@ pub(super) fn read(file: &Path) -> Result<Gsd, Failure> {
     gsd_of_file(file).map_err(Failure::Usage)
 }
 
-type Said = (io::Result<()>, Result<(), Failure>);
-
-fn check(out: &mut impl Write, file: &Path) -> Result<Said, Failure> {
+fn check(out: &mut dyn Write, file: &Path) -> Result<Said, Failure> {
     let gsd = read(file)?;
-    let warnings = gsd.hints.iter().filter(|hint| hint.level == Level::Warning).count();
-    let said = gsd.hints.iter().try_for_each(|hint| writeln!(out, "{}: {hint}", file.display()));
+    let (said, outcome) = device_file::check(out, file, &gsd.hints);
     if let Err(error) = Station::new(gsd, Policy::PROPOSED) {
         return Ok((said, Err(Failure::Other(format!("{}: {error}", file.display())))));
     }
-    let outcome = match warnings {
-        0 => Ok(()),
-        1 => Err(Failure::Other(format!("{}: 1 warning", file.display()))),
-        more => Err(Failure::Other(format!("{}: {more} warnings", file.display()))),
-    };
     Ok((said, outcome))
 }
 
-fn explain(out: &mut impl Write, gsd: &Gsd) -> io::Result<()> {
+fn explain(out: &mut dyn Write, gsd: &Gsd) -> io::Result<()> {
     writeln!(out, "{} {}, ident 0x{:04X}", gsd.vendor, gsd.model, gsd.ident)?;
     let (hardware, software) = (&gsd.hardware, &gsd.software);
     writeln!(out, "  revision {}, hardware {hardware}, software {software}", gsd.revision)?;
@@ -116,7 +102,7 @@ fn explain(out: &mut impl Write, gsd: &Gsd) -> io::Result<()> {
     gsd.hints.iter().try_for_each(|hint| writeln!(out, "  {hint}"))
 }
 
-fn explain_texts(out: &mut impl Write, bits: &[DiagBit], areas: &[DiagArea], indent: &str) -> io::Result<()> {
+fn explain_texts(out: &mut dyn Write, bits: &[DiagBit], areas: &[DiagArea], indent: &str) -> io::Result<()> {
     for bit in bits {
         writeln!(out, "{indent}bit {}{}: {}", bit.bit, if bit.inverted { " is 0" } else { "" }, bit.text)?;
     }
@@ -128,7 +114,7 @@ fn explain_texts(out: &mut impl Write, bits: &[DiagBit], areas: &[DiagArea], ind
     Ok(())
 }
 
-fn explain_part(out: &mut impl Write, gsd: &Gsd, part: &PrmPart, indent: &str) -> io::Result<()> {
+fn explain_part(out: &mut dyn Write, gsd: &Gsd, part: &PrmPart, indent: &str) -> io::Result<()> {
     for (offset, parameter) in part.fields(gsd) {
         let Parameter { name, field, default, allowed, .. } = parameter;
         write!(out, "{indent}octet {offset}, {field}: {name} = {default}")?;
@@ -155,9 +141,6 @@ fn as_json(gsd: &Gsd) -> Value {
     let modules = gsd.modules.iter().map(|module| module_json(gsd, module));
     let types = gsd.diag_types.iter().map(|status| {
         json!({ "type": status.number, "bits": bits_json(&status.bits), "areas": areas_json(&status.areas) })
-    });
-    let hints = gsd.hints.iter().map(|hint| {
-        json!({ "line": hint.place.line, "column": hint.place.column, "warning": hint.level == Level::Warning, "text": hint.text })
     });
     let flags = gsd.flags.by_keyword().into_iter().map(|(keyword, on)| (keyword.to_owned(), Value::from(on)));
     json!({
@@ -188,7 +171,7 @@ fn as_json(gsd: &Gsd) -> Value {
         "diag_areas": areas_json(&gsd.diag_areas),
         "diag_types": types.collect::<Vec<_>>(),
         "channel_diag": gsd.channel_diag,
-        "hints": hints.collect::<Vec<_>>(),
+        "hints": device_file::hints_json(&gsd.hints),
     })
 }
 

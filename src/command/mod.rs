@@ -3,6 +3,7 @@
 mod args;
 mod decode;
 mod demo;
+mod device_file;
 mod eds;
 mod emulate;
 mod encode;

@@ -1,7 +1,7 @@
 //! The value that an entry has after power-up (`eds.md` 2 and 3).
 
 use super::number::{self, Number};
-use crate::can_bus::canopen::value::{DataType, Kind};
+use crate::can_bus::canopen::value::{DataType, ValueKind};
 use crate::can_bus::canopen::{NodeId, Value};
 use crate::device_file::CodePage;
 
@@ -41,19 +41,19 @@ impl Content {
     /// Reads the text of a default that is not blank, with what is odd in it; what cannot be read is none.
     pub(super) fn read(text: &str, data: DataType, page: CodePage) -> (Self, Option<String>) {
         match data.kind() {
-            Kind::Boolean | Kind::Signed | Kind::Unsigned => match whole(text, data) {
+            ValueKind::Boolean | ValueKind::Signed | ValueKind::Unsigned => match whole(text, data) {
                 Ok((number, odd)) => (Self::Whole(number), odd.map(Into::into)),
                 Err(why) => (Self::None, Some(format!("'{text}' {why}: the value is 0"))),
             },
-            Kind::Real => match number::real(text, data.octets().unwrap_or_default()) {
+            ValueKind::Real => match number::real(text, data.octets().unwrap_or_default()) {
                 Some((number, odd)) => (Self::Real(number), odd.map(Into::into)),
                 None => (Self::None, Some(format!("'{text}' is no number: the value is 0"))),
             },
-            Kind::Text => (Self::Octets(page.encode(text)), None),
-            Kind::Octets if data == DataType::UnicodeString => {
+            ValueKind::Text => (Self::Octets(page.encode(text)), None),
+            ValueKind::Octets if data == DataType::UnicodeString => {
                 (Self::Octets(text.encode_utf16().flat_map(u16::to_le_bytes).collect()), None)
             }
-            Kind::Octets => octets(text, data, page),
+            ValueKind::Octets => octets(text, data, page),
         }
     }
 }
@@ -63,15 +63,15 @@ pub(super) fn whole(text: &str, data: DataType) -> Result<(Number, Option<&'stat
     let written = number::read(text).ok_or("is no number")?;
     let bits = 8 * data.octets().unwrap_or_default();
     let (low, high): (i128, i128) = match data.kind() {
-        Kind::Boolean => (0, 1),
-        Kind::Signed => (-(1 << (bits - 1)), (1 << (bits - 1)) - 1),
-        Kind::Unsigned | Kind::Real | Kind::Text | Kind::Octets => (0, (1 << bits) - 1),
+        ValueKind::Boolean => (0, 1),
+        ValueKind::Signed => (-(1 << (bits - 1)), (1 << (bits - 1)) - 1),
+        ValueKind::Unsigned | ValueKind::Real | ValueKind::Text | ValueKind::Octets => (0, (1 << bits) - 1),
     };
     let Number { offset, node_id } = written.number;
     let complement = offset.saturating_sub(1 << bits);
     if (low..=high).contains(&offset) {
         Ok((written.number, written.odd))
-    } else if written.hexadecimal && data.kind() == Kind::Signed && (low..0).contains(&complement) {
+    } else if written.hexadecimal && data.kind() == ValueKind::Signed && (low..0).contains(&complement) {
         Ok((Number { offset: complement, node_id }, written.odd))
     } else {
         Err("is beyond its type")
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn e_05_without_a_default_zero_of_its_size() {
+    fn eds_05_without_a_default_zero_of_its_size() {
         for (data, len) in [
             (DataType::U8, 1),
             (DataType::I24, 3),
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn e_08_e_09_numbers_have_the_octets_of_their_type() {
+    fn eds_08_eds_09_numbers_have_the_octets_of_their_type() {
         for (text, data, octets) in [
             ("0xFFFF", DataType::I16, &[0xFF, 0xFF][..]),
             ("-1", DataType::I24, &[0xFF, 0xFF, 0xFF]),
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn e_10_e_11_texts_and_octets() {
+    fn eds_10_eds_11_texts_and_octets() {
         assert_eq!(at_5("Pump 7", DataType::VisibleString), (b"Pump 7".to_vec(), false));
         assert_eq!(
             Content::read("f\u{fc}r \u{20AC}", DataType::VisibleString, CodePage::Cp1252).0,

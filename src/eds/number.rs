@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn e_08_numbers_in_every_form_that_files_have() {
+    fn eds_08_numbers_in_every_form_that_files_have() {
         for (text, expected) in [
             ("385", 385),
             ("0x181", 385),
@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn e_06_formulas_in_every_form_that_files_have() {
+    fn eds_06_formulas_in_every_form_that_files_have() {
         for (text, odd) in [
             ("$NODEID+0x180", false),
             ("$NodeID + 384", false),
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn e_09_reals_as_text_and_as_bits() {
+    fn eds_09_reals_as_text_and_as_bits() {
         assert_eq!(real("1.5", 4), Some((1.5, None)));
         assert_eq!(real("-2,25e1", 8), Some((-22.5, None)));
         assert_eq!(real("0x3FC00000", 4).map(|(value, odd)| (value, odd.is_some())), Some((1.5, true)));

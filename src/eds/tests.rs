@@ -41,7 +41,7 @@ fn a_plain_file_has_nothing_odd() {
 }
 
 #[test]
-fn e_02_what_is_no_eds_is_refused_with_the_reason() {
+fn eds_02_what_is_no_eds_is_refused_with_the_reason() {
     for (text, error) in [
         ("", ReadError::Empty),
         (" \r\n", ReadError::Empty),
@@ -62,7 +62,7 @@ fn e_02_what_is_no_eds_is_refused_with_the_reason() {
 }
 
 #[test]
-fn e_06_node_id_in_defaults_and_limits_at_two_nodes() {
+fn eds_06_node_id_in_defaults_and_limits_at_two_nodes() {
     let eds = read(
         "[OptionalObjects]\n1=0x1014\n[1014]\nParameterName=EMCY\nDataType=7\nAccessType=rw\nDefaultValue=$NodeID+0x80\nLowLimit=$NODEID+0x80\nHighLimit=0xFFFFFFFF\n",
     );
@@ -76,7 +76,7 @@ fn e_06_node_id_in_defaults_and_limits_at_two_nodes() {
 }
 
 #[test]
-fn e_07_a_parameter_value_wins_if_it_is_not_blank() {
+fn eds_07_a_parameter_value_wins_if_it_is_not_blank() {
     let eds = read(
         "[DeviceComissioning]\nNodeID=0x07\nBaudrate=250\nNodeName=Pump\nLSS_SerialNumber=99\n\
          [ManufacturerObjects]\n1=0x2000\n2=0x2001\n\
@@ -91,7 +91,7 @@ fn e_07_a_parameter_value_wins_if_it_is_not_blank() {
 }
 
 #[test]
-fn e_12_compact_sub_objects_with_their_names_and_values() {
+fn eds_12_compact_sub_objects_with_their_names_and_values() {
     let eds = read(
         "[OptionalObjects]\n1=0x1003\n\
          [1003]\nParameterName=Errors\nObjectType=8\nDataType=7\nAccessType=ro\nCompactSubObj=254\nDefaultValue=3\n\
@@ -111,7 +111,7 @@ fn e_12_compact_sub_objects_with_their_names_and_values() {
 }
 
 #[test]
-fn e_13_lists_that_are_wrong_cost_nothing() {
+fn eds_13_lists_that_are_wrong_cost_nothing() {
     let sections = "[OptionalObjects]\nSupportedObjects=5\n1=0x1017\n2=0x1010\n\
          [1017]\nParameterName=Heartbeat\nDataType=6\nAccessType=rw\n[1005]\nParameterName=SYNC\nDataType=7\nAccessType=rw\n[2000]\nParameterName=X\nDataType=5\nAccessType=ro\n";
     assert_eq!(
@@ -127,7 +127,7 @@ fn e_13_lists_that_are_wrong_cost_nothing() {
 }
 
 #[test]
-fn e_14_sub_0_is_the_highest_where_the_file_says_nothing() {
+fn eds_14_sub_0_is_the_highest_where_the_file_says_nothing() {
     let eds = read(
         "[ManufacturerObjects]\n1=0x2000\n2=0x2001\n\
          [2000]\nParameterName=A\nObjectType=9\n[2000sub0]\nParameterName=n\nDataType=5\nAccessType=ro\n[2000sub5]\nParameterName=x\nDataType=5\nAccessType=ro\n\
@@ -139,7 +139,7 @@ fn e_14_sub_0_is_the_highest_where_the_file_says_nothing() {
 }
 
 #[test]
-fn e_19_limits_that_are_none_and_limits_that_hold() {
+fn eds_19_limits_that_are_none_and_limits_that_hold() {
     let entry = |keys: &str| {
         let sections =
             format!("[ManufacturerObjects]\n1=0x2000\n[2000]\nParameterName=A\nAccessType=rw\n{keys}");
@@ -230,7 +230,7 @@ fn contradictions_between_parts_of_a_file_are_told() {
 }
 
 #[test]
-fn e_64_without_a_device_type_the_objects_of_a_profile_tell_it() {
+fn eds_64_without_a_device_type_the_objects_of_a_profile_tell_it() {
     let profile = |sections: &str| {
         let text = format!("[1000]\nDataType=7\nAccessType=ro\n{sections}");
         Eds::read(text.as_bytes()).unwrap().profile()

@@ -49,6 +49,7 @@ pub mod can;
 #[cfg(feature = "capture")]
 pub mod capture;
 mod clock;
+mod device_file;
 mod drive_image;
 pub mod fault;
 mod gsd_description;
@@ -72,6 +73,7 @@ mod stored;
 pub use bus::{Addresses, Bus, BusEvent, Evidence, LISTEN_TIME, LineHint, Presence, SlotTime, StationErrors};
 pub use by_hand::ByHand;
 pub use clock::{ManualClock, SystemClock};
+pub use device_file::{eds_of_file, gsd_of_file};
 pub use gsd_station::{GsdStation, OutputsAre};
 pub use output_board::OutputBoard;
 pub use participant::{Appearance, Participant, StationKind};

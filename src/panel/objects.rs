@@ -14,7 +14,7 @@ use super::problem::{Body, PathOf, Problem};
 use super::routes::Place;
 use crate::can_bus::canopen;
 use crate::can_bus::canopen::dictionary::Access;
-use crate::can_bus::canopen::value::Kind;
+use crate::can_bus::canopen::value::ValueKind;
 use crate::can_bus::canopen::{Abort, Address, DataType, Entry, Object};
 use crate::devices::CanopenDevice;
 
@@ -200,22 +200,25 @@ fn octets(at: Address, data: DataType, value: &ObjectValue) -> Result<Vec<u8>, P
         Problem::value(format!("{at} is {}: expected {expected}, got {got}", data.name()))
     };
     match (data.kind(), value) {
-        (Kind::Text, ObjectValue::Text(text)) => Ok(text.as_bytes().to_vec()),
-        (Kind::Octets, ObjectValue::Text(text)) if data.octets().is_none() => Ok(text.as_bytes().to_vec()),
-        (Kind::Text | Kind::Octets, _) => Err(wrong("a text")),
-        (Kind::Real, ObjectValue::Real(number)) => Ok(real(data, *number)),
+        (ValueKind::Text, ObjectValue::Text(text)) => Ok(text.as_bytes().to_vec()),
+        (ValueKind::Octets, ObjectValue::Text(text)) if data.octets().is_none() => {
+            Ok(text.as_bytes().to_vec())
+        }
+        (ValueKind::Text | ValueKind::Octets, _) => Err(wrong("a text")),
+        (ValueKind::Real, ObjectValue::Real(number)) => Ok(real(data, *number)),
         #[expect(clippy::cast_precision_loss, reason = "to the precision that the entry has")]
-        (Kind::Real, ObjectValue::Whole(number)) => Ok(real(data, *number as f64)),
-        (Kind::Real, ObjectValue::Text(_)) => Err(wrong("a number")),
-        (Kind::Boolean | Kind::Signed | Kind::Unsigned, ObjectValue::Whole(number)) => {
+        (ValueKind::Real, ObjectValue::Whole(number)) => Ok(real(data, *number as f64)),
+        (ValueKind::Real, ObjectValue::Text(_)) => Err(wrong("a number")),
+        (ValueKind::Boolean | ValueKind::Signed | ValueKind::Unsigned, ObjectValue::Whole(number)) => {
             match canopen::Value::whole(data, *number).filter(|_| fits(data, *number)) {
                 Some(value) => Ok(value.with_octets(<[u8]>::to_vec)),
                 None => Err(wrong("a whole number that fits into it")),
             }
         }
-        (Kind::Boolean | Kind::Signed | Kind::Unsigned, ObjectValue::Real(_) | ObjectValue::Text(_)) => {
-            Err(wrong("a whole number"))
-        }
+        (
+            ValueKind::Boolean | ValueKind::Signed | ValueKind::Unsigned,
+            ObjectValue::Real(_) | ObjectValue::Text(_),
+        ) => Err(wrong("a whole number")),
     }
 }
 

@@ -312,3 +312,47 @@ fn the_data_sheet_of_each_device_is_on_stdout() {
         assert!(text.contains("$NODEID+0x") && text.contains("[1018sub1]"), "{}", product.name);
     }
 }
+
+#[test]
+fn a_file_of_a_node_is_explained_checked_and_given_as_json() {
+    let pump = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/eds/pump.eds");
+    let text = |arguments: &[&str]| String::from_utf8(output(arguments).stdout).unwrap();
+    let explained = text(&["eds", pump]);
+    for words in [
+        "profidrive Pump, no profile",
+        "identity: vendor 195h, product 7h, revision 10002h",
+        "Services: heartbeat, SYNC, EMCY, store, restore, LSS",
+        "  1: $NODEID+0x200, type 255: 0005h:00 gap (8 bits), 2000h:00 Speed wanted (16 bits)",
+        "  1: $NODEID+0x40000180, type 1: 2001h:00 Pressure (32 bits), 2002h:00 Position (24 bits)",
+    ] {
+        assert!(explained.contains(words), "{words}\n{explained}");
+    }
+    assert!(!explained.contains("Warnings") && !explained.contains("Object dictionary"), "{explained}");
+    let objects = text(&["eds", "--objects", pump]);
+    assert!(
+        objects.contains("  2000h    Speed wanted: INTEGER16 rww = -100; -32767..32767, in PDOs"),
+        "{objects}"
+    );
+    let json: serde_json::Value = serde_json::from_str(&text(&["eds", "--json", pump])).unwrap();
+    assert_eq!((&json["vendor_number"], &json["lss"]), (&serde_json::json!(0x195), &serde_json::json!(true)));
+    let heartbeat =
+        json["objects"].as_array().unwrap().iter().find(|object| object["index"] == "1017").unwrap();
+    assert_eq!(heartbeat["entries"][0]["value"], 500);
+
+    assert_eq!(output(&["eds", "check", pump]).status.code(), Some(0));
+    let folder = tempfile::tempdir().unwrap();
+    let odd = folder.path().join("odd.eds");
+    std::fs::write(&odd, "[1017]\nDataType=6\nAccessType=rw\nDefaultValue=70000\n").unwrap();
+    let checked = output(&["eds", "check", odd.to_str().unwrap()]);
+    let said = String::from_utf8(checked.stdout).unwrap();
+    assert!(
+        said.contains("odd.eds: line 4, column 14: warning: DefaultValue: '70000' is beyond its type"),
+        "{said}"
+    );
+    assert_eq!(checked.status.code(), Some(1));
+    refused(&["eds", "missing.eds"], "cannot read missing.eds");
+    refused(
+        &["eds", "check", concat!(env!("CARGO_MANIFEST_DIR"), "/tests/gsd/modular.gsd")],
+        "this is a GSD of a PROFIBUS slave",
+    );
+}

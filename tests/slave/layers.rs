@@ -47,7 +47,22 @@ const TABLE: &[(&str, &[&str])] = &[
     ("eds", &["can_bus::canopen", "device_file"]),
     ("explain", &["can_bus", "devices", "face", "profibus", "time"]),
     // One framer for a bus, generic slaves, links that keep telegrams apart or corrupt them on purpose, and buses of CAN.
-    ("host", &["can_bus", "chance", "devices", "face", "gsd", "image", "process", "profibus", "time"]),
+    (
+        "host",
+        &[
+            "can_bus",
+            "chance",
+            "device_file",
+            "devices",
+            "eds",
+            "face",
+            "gsd",
+            "image",
+            "process",
+            "profibus",
+            "time",
+        ],
+    ),
     ("bench", &["devices", "explain", "host", "profibus", "time"]),
     // Stations on a line, live or simulated, and telegrams in words.
     ("judge", &["bench", "chance", "devices", "explain", "gsd", "host", "profibus", "time"]),

@@ -3,7 +3,7 @@
 use core::fmt::{self, Write};
 
 use super::dictionary::{Access, Default, Entry, Limits, Mapping, Object, ObjectType};
-use super::value::{DataType, Kind};
+use super::value::{DataType, ValueKind};
 
 /// What an EDS says besides the object dictionary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -207,8 +207,10 @@ fn write_entry(entry: &Entry, out: &mut dyn Write) -> fmt::Result {
 /// Numbers with sign in decimal, others in hexadecimal: never with a leading zero that would make them octal.
 fn write_number(data: DataType, number: i64, out: &mut dyn Write) -> fmt::Result {
     match data.kind() {
-        Kind::Signed | Kind::Real => write!(out, "{number}"),
-        Kind::Boolean | Kind::Unsigned | Kind::Text | Kind::Octets => write!(out, "0x{number:X}"),
+        ValueKind::Signed | ValueKind::Real => write!(out, "{number}"),
+        ValueKind::Boolean | ValueKind::Unsigned | ValueKind::Text | ValueKind::Octets => {
+            write!(out, "0x{number:X}")
+        }
     }
 }
 

@@ -6,7 +6,7 @@ use super::abort::Abort;
 use super::address::Address;
 use super::dictionary::{Entry, Limits, Place};
 use super::nmt::NmtState;
-use super::value::Kind;
+use super::value::ValueKind;
 
 /// Octets of a value that are kept to be told; of longer ones the first.
 const KEPT: usize = 8;
@@ -304,9 +304,9 @@ impl Attempt {
 /// Whether the values of an entry are numbers that somebody counts, not bits.
 fn is_counted(entry: &Entry) -> bool {
     match entry.data.kind() {
-        Kind::Signed | Kind::Real | Kind::Boolean => true,
-        Kind::Unsigned => entry.limits != Limits::Type,
-        Kind::Text | Kind::Octets => false,
+        ValueKind::Signed | ValueKind::Real | ValueKind::Boolean => true,
+        ValueKind::Unsigned => entry.limits != Limits::Type,
+        ValueKind::Text | ValueKind::Octets => false,
     }
 }
 

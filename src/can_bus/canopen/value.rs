@@ -4,7 +4,7 @@ use core::fmt;
 
 /// What the values of a type are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Kind {
+pub enum ValueKind {
     /// True or false.
     Boolean,
     /// A whole number with sign.
@@ -19,14 +19,14 @@ pub enum Kind {
     Octets,
 }
 
-impl Kind {
+impl ValueKind {
     /// Whether its values are whole numbers; a BOOLEAN is 0 or 1.
     pub(crate) const fn is_whole(self) -> bool {
         matches!(self, Self::Boolean | Self::Signed | Self::Unsigned)
     }
 }
 
-/// `/// Text` `Variant = number, "NAME", Kind, octets of a value (0: they differ);`
+/// `/// Text` `Variant = number, "NAME", ValueKind, octets of a value (0: they differ);`
 macro_rules! data_types {
     ($($(#[$doc:meta])* $data:ident = $number:literal, $name:literal, $kind:ident, $octets:literal;)*) => {
         /// The type of an entry.
@@ -59,9 +59,9 @@ macro_rules! data_types {
             }
 
             /// What its values are.
-            pub const fn kind(self) -> Kind {
+            pub const fn kind(self) -> ValueKind {
                 match self {
-                    $(Self::$data => Kind::$kind,)*
+                    $(Self::$data => ValueKind::$kind,)*
                 }
             }
 
@@ -132,12 +132,19 @@ impl DataType {
     /// The lowest and the highest value of a whole number, `None` for other types and for an UNSIGNED64.
     pub const fn range(self) -> Option<(i64, i64)> {
         match (self.kind(), self.octets()) {
-            (Kind::Boolean, _) => Some((0, 1)),
-            (Kind::Signed, Some(octets)) => {
+            (ValueKind::Boolean, _) => Some((0, 1)),
+            (ValueKind::Signed, Some(octets)) => {
                 Some((i64::MIN >> (64 - 8 * octets), i64::MAX >> (64 - 8 * octets)))
             }
-            (Kind::Unsigned, Some(octets)) if octets < 8 => Some((0, i64::MAX >> (63 - 8 * octets))),
-            (Kind::Signed | Kind::Unsigned | Kind::Real | Kind::Text | Kind::Octets, _) => None,
+            (ValueKind::Unsigned, Some(octets)) if octets < 8 => Some((0, i64::MAX >> (63 - 8 * octets))),
+            (
+                ValueKind::Signed
+                | ValueKind::Unsigned
+                | ValueKind::Real
+                | ValueKind::Text
+                | ValueKind::Octets,
+                _,
+            ) => None,
         }
     }
 
@@ -155,19 +162,19 @@ impl DataType {
         }
         let low = || octets.iter().rev().fold(0, |number, octet| number << 8 | u64::from(*octet));
         Some(match self.kind() {
-            Kind::Boolean | Kind::Unsigned => Value::whole(self, low().cast_signed())?,
-            Kind::Signed => {
+            ValueKind::Boolean | ValueKind::Unsigned => Value::whole(self, low().cast_signed())?,
+            ValueKind::Signed => {
                 let unused = u32::try_from(octets.len())
                     .ok()?
                     .checked_mul(8)
                     .and_then(|bits| 64_u32.checked_sub(bits))?;
                 Value::whole(self, low().checked_shl(unused)?.cast_signed() >> unused)?
             }
-            Kind::Real => match octets.try_into() {
+            ValueKind::Real => match octets.try_into() {
                 Ok(octets) => Value::Real32(f32::from_le_bytes(octets)),
                 Err(_) => Value::Real64(f64::from_le_bytes(octets.try_into().ok()?)),
             },
-            Kind::Text | Kind::Octets => Value::Octets(octets),
+            ValueKind::Text | ValueKind::Octets => Value::Octets(octets),
         })
     }
 }
@@ -216,16 +223,21 @@ impl<'a> Value<'a> {
             DataType::I64 => Self::I64(number),
             DataType::U64 => Self::U64(number as u64),
             data => match (data.kind(), data.octets()) {
-                (Kind::Signed, Some(octets)) => {
+                (ValueKind::Signed, Some(octets)) => {
                     let unused = 64 - 8 * octets as u32;
                     Self::Wide { number: number << unused >> unused, octets: octets as u8 }
                 }
-                (Kind::Unsigned, Some(octets)) => {
+                (ValueKind::Unsigned, Some(octets)) => {
                     let unused = 64 - 8 * octets as u32;
                     Self::Wide { number: ((number as u64) << unused >> unused) as i64, octets: octets as u8 }
                 }
                 (
-                    Kind::Boolean | Kind::Signed | Kind::Unsigned | Kind::Real | Kind::Text | Kind::Octets,
+                    ValueKind::Boolean
+                    | ValueKind::Signed
+                    | ValueKind::Unsigned
+                    | ValueKind::Real
+                    | ValueKind::Text
+                    | ValueKind::Octets,
                     _,
                 ) => {
                     return None;

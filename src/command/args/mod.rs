@@ -28,7 +28,7 @@ use super::{Failure, report};
 
 pub(crate) use decode::Decode;
 pub(crate) use demo::Demo;
-pub(crate) use eds::Eds;
+pub(crate) use eds::{CheckFile, Eds, Sheet};
 pub(crate) use emulate::{Emulate, MetricsSpec, SLOT_TIMES, metrics_place, panel_place};
 pub(crate) use encode::{
     Control, Encode, Fcb, Octet, Parameter, Pkw, Service, Telegram, What, WidthSpec, Word,
@@ -69,6 +69,7 @@ Examples:
   profidrive emulate --node 5,device=asda-a2 --link slcan-tcp:127.0.0.1:0
                                               a servo on CANopen, for masters that speak slcan
   profidrive eds asda-a2                      its electronic data sheet
+  profidrive eds pump.eds                     explains the file of a node
   profidrive gsd valves.gsd                   explains the device file of a slave
   profidrive judge --station 5,ident=1234,cfg=2313
                                               judges a DP master row by row";
@@ -143,10 +144,11 @@ impl Args {
         match &self.command {
             Command::Master(master) => master.json,
             Command::Gsd(gsd) => gsd.json,
+            Command::Eds(eds) => eds.json,
             Command::Encode(encode) => encode.json,
             // Each line of its input has its object, with what is wrong in it.
             Command::Decode(_) => false,
-            Command::Demo(_) | Command::Emulate(_) | Command::Eds(_) | Command::Judge(_) => false,
+            Command::Demo(_) | Command::Emulate(_) | Command::Judge(_) => false,
             #[cfg(feature = "manual")]
             Command::Completions(_) | Command::Man(_) => false,
         }

@@ -1,7 +1,7 @@
 //! The keys of an entry.
 
 use super::Reader;
-use crate::can_bus::canopen::value::{DataType, Kind};
+use crate::can_bus::canopen::value::{DataType, ValueKind};
 use crate::eds::content::{self, Content};
 use crate::eds::lines::{Key, Section, shortened};
 use crate::eds::number;
@@ -35,9 +35,13 @@ impl Reader<'_> {
     /// A value after power-up.
     pub(super) fn content(&mut self, key: &Key<'_>, data: DataType) -> Content {
         let text = match data.kind() {
-            Kind::Text => key.value,
-            Kind::Octets if data == DataType::UnicodeString => key.value,
-            Kind::Boolean | Kind::Signed | Kind::Unsigned | Kind::Real | Kind::Octets => key.bare(),
+            ValueKind::Text => key.value,
+            ValueKind::Octets if data == DataType::UnicodeString => key.value,
+            ValueKind::Boolean
+            | ValueKind::Signed
+            | ValueKind::Unsigned
+            | ValueKind::Real
+            | ValueKind::Octets => key.bare(),
         };
         if text.is_empty() {
             return Content::None;
@@ -118,13 +122,13 @@ impl Reader<'_> {
 /// Reads a limit; `None` of a type that has none.
 fn read_limit(text: &str, data: DataType) -> Option<Result<Limit, &'static str>> {
     match data.kind() {
-        Kind::Boolean | Kind::Signed | Kind::Unsigned => {
+        ValueKind::Boolean | ValueKind::Signed | ValueKind::Unsigned => {
             Some(content::whole(text, data).map(|(number, _)| Limit::Whole(number)))
         }
-        Kind::Real => {
+        ValueKind::Real => {
             let number = number::real(text, data.octets().unwrap_or_default());
             Some(number.map(|(number, _)| Limit::Real(number)).ok_or("is no number"))
         }
-        Kind::Text | Kind::Octets => None,
+        ValueKind::Text | ValueKind::Octets => None,
     }
 }

@@ -4,7 +4,7 @@ use super::node::Learned;
 use crate::can_bus::canopen::cob_id::CobId;
 use crate::can_bus::canopen::dictionary::Place;
 use crate::can_bus::canopen::pdo::mapping::MappingWord;
-use crate::can_bus::canopen::value::Kind;
+use crate::can_bus::canopen::value::ValueKind;
 use crate::can_bus::canopen::{Abort, Address, DataType, Entry, Value};
 use crate::can_bus::cia402::{Command, Controlword, State, Statusword};
 use crate::devices::ag03::param;
@@ -259,8 +259,8 @@ fn a_type(entry: &Entry) -> String {
         DataType::OctetString => "octets".into(),
         DataType::Domain => "a domain".into(),
         data => match data.kind() {
-            Kind::Signed | Kind::Unsigned | Kind::Octets => format!("an {}", data.name()),
-            Kind::Boolean | Kind::Real | Kind::Text => format!("a {}", data.name()),
+            ValueKind::Signed | ValueKind::Unsigned | ValueKind::Octets => format!("an {}", data.name()),
+            ValueKind::Boolean | ValueKind::Real | ValueKind::Text => format!("a {}", data.name()),
         },
     };
     match entry.data.octets() {

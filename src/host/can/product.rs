@@ -84,6 +84,40 @@ impl Eq for Product {}
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::device_file::Level;
+    use crate::eds::Eds;
+
+    /// What the manuals say all the same.
+    const ODD: [(&str, &str); 5] = [
+        ("ag03-1", "NrOfRXPDO is 3, but 4 have communication parameters: these count"),
+        ("ag03-1", "NrOfTXPDO is 3, but 4 have communication parameters: these count"),
+        ("ag03-1", "LowLimit and HighLimit leave no range: there are no limits"),
+        ("ap10", "1600h:02 maps 5F16h:04 with 16 bits, expected 32"),
+        ("ap10", "1601h:02 maps 5F16h:02 with 16 bits, expected 32"),
+    ];
+
+    #[test]
+    fn the_sheet_of_each_device_reads_back_as_it_is() {
+        let node = NodeId::new(5).unwrap();
+        let mut odd = Vec::new();
+        for product in Device::products() {
+            let eds = Eds::read(product.eds().as_bytes()).unwrap();
+            let warnings = eds.hints.iter().filter(|hint| hint.level == Level::Warning);
+            odd.extend(warnings.map(|hint| (product.name, hint.text.clone())));
+            for object in product.objects(&Choices::default()) {
+                let read = &eds.objects[&object.index.0];
+                assert_eq!(read.entries.len(), object.entries.len(), "{} {}", product.name, object.index);
+                for entry in object.entries {
+                    let read = &read.entries[&entry.sub.0];
+                    let place = format!("{} {}:{}", product.name, object.index, entry.sub);
+                    assert_eq!((read.data, read.name.as_str()), (entry.data, entry.name), "{place}");
+                    let expected = entry.default_value(node).with_octets(<[u8]>::to_vec);
+                    assert_eq!(read.octets(node), expected, "{place}");
+                }
+            }
+        }
+        assert_eq!(odd, ODD.map(|(name, text)| (name, text.to_owned())));
+    }
 
     #[test]
     fn each_device_starts_at_the_node_number_asked_for_and_has_a_sheet() {

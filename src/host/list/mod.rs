@@ -23,7 +23,7 @@ use core::fmt;
 
 pub use choice::{Choice, Choices, QuirkRow, Takes};
 pub use given::Given;
-pub use slaves::{Ground, MakeError, Prepared, Slave, gsd_of_file, ppo, table_of_file};
+pub use slaves::{Ground, MakeError, Prepared, Slave, ppo, table_of_file};
 pub use spec::{Group, Spec, Wrong};
 
 use crate::devices::ag03;

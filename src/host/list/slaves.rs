@@ -1,8 +1,6 @@
 //! How the devices on PROFIBUS are made from their specifications.
 
 use core::fmt;
-use std::fs::File;
-use std::io::{self, Read};
 use std::path::Path;
 
 use thiserror::Error;
@@ -13,10 +11,11 @@ use crate::devices::ag03::profibus::{Config, Device, Gear, QUIRKS};
 use crate::devices::ppo_drive::profibus::{CONFIGURATIONS, Family, IDENT_NUMBER, PpoDrive, PpoOnly, ppo_of};
 use crate::devices::ppo_drive::table::{Row, Table};
 use crate::devices::ppo_drive::{Drive, Settings};
-use crate::gsd::{Gsd, Level, MAX_FILE_LEN, Policy, ReadError, Station, did_you_mean};
+use crate::gsd::{Level, Policy, Station, did_you_mean};
 use crate::host::fault::{Condition, Switch};
 use crate::host::{
-    GsdStation, HostedPpoDrive, OutputBoard, Participant, PpoJudge, Refusals, StateDir, StateDirError, Stored,
+    GsdStation, HostedPpoDrive, OutputBoard, Participant, PpoJudge, Refusals, StateDir, StateDirError,
+    Stored, gsd_of_file,
 };
 use crate::process::{Point, Signal};
 use crate::profibus::dp::{Application as _, Description, Fixed};
@@ -232,28 +231,6 @@ fn station(file: &Path, policy: Policy) -> Result<Station, String> {
         tracing::warn!("{name}: {hint}");
     }
     Station::new(gsd, policy).map_err(|error| format!("{name}: {error}"))
-}
-
-/// A device file, read.
-///
-/// # Errors
-/// What is wrong with it, with its name.
-pub fn gsd_of_file(file: &Path) -> Result<Gsd, String> {
-    let name = file.display();
-    let octets = bounded(file).map_err(|error| format!("cannot read {name}: {error}"))?;
-    octets.and_then(|octets| Gsd::read(&octets)).map_err(|error| format!("{name}: {error}"))
-}
-
-/// The octets of a file, no more than are needed to see that it is too long: a terminal or a device may have no end.
-fn bounded(file: &Path) -> io::Result<Result<Vec<u8>, ReadError>> {
-    let file = File::open(file)?;
-    let len = usize::try_from(file.metadata()?.len()).unwrap_or(usize::MAX);
-    if len > MAX_FILE_LEN {
-        return Ok(Err(ReadError::TooLong { got: len }));
-    }
-    let mut octets = Vec::new();
-    file.take(u64::try_from(MAX_FILE_LEN).unwrap_or(u64::MAX).saturating_add(1)).read_to_end(&mut octets)?;
-    Ok(Ok(octets))
 }
 
 /// A drive of the profile.

@@ -1,0 +1,44 @@
+//! Device files from the disk.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+use crate::eds::Eds;
+use crate::gsd::Gsd;
+use crate::{eds, gsd};
+
+/// A GSD, read.
+///
+/// # Errors
+/// What is wrong with it, with its name.
+pub fn gsd_of_file(file: &Path) -> Result<Gsd, String> {
+    let octets = octets(file, gsd::MAX_FILE_LEN)?;
+    let read = octets.map_err(|got| gsd::ReadError::TooLong { got }).and_then(|octets| Gsd::read(&octets));
+    read.map_err(|error| format!("{}: {error}", file.display()))
+}
+
+/// An EDS or a DCF, read.
+///
+/// # Errors
+/// What is wrong with it, with its name.
+pub fn eds_of_file(file: &Path) -> Result<Eds, String> {
+    let octets = octets(file, eds::MAX_FILE_LEN)?;
+    let read = octets.map_err(|got| eds::ReadError::TooLong { got }).and_then(|octets| Eds::read(&octets));
+    read.map_err(|error| format!("{}: {error}", file.display()))
+}
+
+/// The octets of a file, or how many it has if they are more than `most`: a terminal or a device may have no end.
+fn octets(file: &Path, most: usize) -> Result<Result<Vec<u8>, usize>, String> {
+    let read = || -> io::Result<_> {
+        let file = File::open(file)?;
+        let len = usize::try_from(file.metadata()?.len()).unwrap_or(usize::MAX);
+        if len > most {
+            return Ok(Err(len));
+        }
+        let mut octets = Vec::new();
+        file.take(u64::try_from(most).unwrap_or(u64::MAX).saturating_add(1)).read_to_end(&mut octets)?;
+        Ok(Ok(octets))
+    };
+    read().map_err(|error| format!("cannot read {}: {error}", file.display()))
+}
