@@ -499,8 +499,8 @@ fn interrupted_restore(signal: &str) {
     let rows: Vec<String> = (1000..=1005).map(|pnu| format!(r#"{{"pnu":{pnu},"value":77}}"#)).collect();
     let text = format!(r#"{{"format":"profidrive parameter set 1","parameters":[{}]}}"#, rows.join(","));
     fs::write(&file, text).unwrap();
-    // Each answer takes 100 exchanges more, so that there is time for a signal.
-    let emulator = Emulator::start("pty", &["--fault", "pkw-delay=100"]);
+    // Each answer takes 30 exchanges more, so that there is time for a signal.
+    let emulator = Emulator::start("pty", &["--fault", "pkw-delay=30"]);
     let mut restore = Running::start(emulator.patiently("5", &["restore", file.to_str().unwrap()]));
     restore.until("6 of 6 parameters differ");
     restore.signal(signal);

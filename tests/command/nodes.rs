@@ -350,9 +350,14 @@ fn a_file_of_a_node_is_explained_checked_and_given_as_json() {
         "{said}"
     );
     assert_eq!(checked.status.code(), Some(1));
-    refused(&["eds", "missing.eds"], "cannot read missing.eds");
-    refused(
-        &["eds", "check", concat!(env!("CARGO_MANIFEST_DIR"), "/tests/gsd/modular.gsd")],
-        "this is a GSD of a PROFIBUS slave",
-    );
+    let modular = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/gsd/modular.gsd");
+    for (arguments, says) in [
+        (&["eds", "missing.eds"][..], "profidrive: cannot read missing.eds: "),
+        (&["eds", "check", modular], "this is a GSD of a PROFIBUS slave"),
+    ] {
+        let refused = output(arguments);
+        let stderr = String::from_utf8(refused.stderr).unwrap();
+        assert!(stderr.contains(says) && stderr.lines().count() == 1, "{stderr}");
+        assert_eq!((refused.status.code(), &refused.stdout[..]), (Some(2), &b""[..]), "{arguments:?}");
+    }
 }
