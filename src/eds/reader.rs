@@ -17,17 +17,13 @@ pub(super) fn read(octets: &[u8]) -> Result<Eds, ReadError> {
         return Err(ReadError::TooLong { got: octets.len() });
     }
     let (text, code_page) = decode(octets).map_err(|Utf16| ReadError::Utf16)?;
-    let start = text.trim_start();
-    if start.is_empty() {
+    if text.trim_start().is_empty() {
         return Err(ReadError::Empty);
-    }
-    if start.get(..GSD.len()).is_some_and(|start| start.eq_ignore_ascii_case(GSD)) {
-        return Err(ReadError::Gsd);
     }
     let mut hints = Vec::new();
     let sections = lines::sections(&text, &mut hints);
     if sections.is_empty() {
-        return Err(ReadError::NoSection);
+        return Err(if text.lines().any(is_gsd) { ReadError::Gsd } else { ReadError::NoSection });
     }
     let mut reader = Reader { code_page, sections: Sections::new(&sections), hints };
     let mut objects = reader.objects(&sections)?;
@@ -48,7 +44,11 @@ pub(super) fn read(octets: &[u8]) -> Result<Eds, ReadError> {
     Ok(eds)
 }
 
-const GSD: &str = "#Profibus_DP";
+/// The first line of a GSD that is no comment.
+fn is_gsd(line: &str) -> bool {
+    const HEADER: &str = "#Profibus_DP";
+    line.trim_start().get(..HEADER.len()).is_some_and(|start| start.eq_ignore_ascii_case(HEADER))
+}
 
 /// The sections by name.
 struct Sections<'a> {
