@@ -236,7 +236,7 @@ fn as_json(eds: &Eds) -> Value {
         "product_number": device.product_number,
         "revision_number": device.revision_number,
         "order_code": device.order_code,
-        "profile": match eds.profile() { Profile::None => None, profile => Some(profile.number()) },
+        "profile": Some(eds.profile()).filter(|profile| *profile != Profile::None).map(Profile::number),
         "kilobits": device.kilobits,
         "granularity": device.granularity,
         "lss": device.lss,

@@ -30,10 +30,10 @@ impl Content {
                 all.get(..data.octets().unwrap_or(0)).unwrap_or_default().to_vec()
             }
             #[expect(clippy::cast_possible_truncation, reason = "to the precision that the type has")]
-            Self::Real(number) => match data {
-                DataType::Real32 => Value::Real32(*number as f32).with_octets(<[u8]>::to_vec),
-                _wide => Value::Real64(*number).with_octets(<[u8]>::to_vec),
-            },
+            Self::Real(number) if data == DataType::Real32 => {
+                Value::Real32(*number as f32).with_octets(<[u8]>::to_vec)
+            }
+            Self::Real(number) => Value::Real64(*number).with_octets(<[u8]>::to_vec),
             Self::Octets(octets) => octets.clone(),
         }
     }

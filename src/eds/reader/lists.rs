@@ -53,13 +53,13 @@ impl Reader<'_> {
                 }
             }
         }
-        if let Some(key) = keys.iter().find(|key| is_count(key.name)) {
-            if let Some(count) = self.number_of(key).filter(|count| *count != named) {
-                self.warn(
-                    key.place,
-                    format!("SupportedObjects is {count}, but {named} objects follow: all of them count"),
-                );
-            }
+        if let Some(key) = keys.iter().find(|key| is_count(key.name))
+            && let Some(count) = self.number_of(key).filter(|count| *count != named)
+        {
+            self.warn(
+                key.place,
+                format!("SupportedObjects is {count}, but {named} objects follow: all of them count"),
+            );
         }
     }
 }

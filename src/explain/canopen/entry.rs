@@ -254,14 +254,13 @@ fn signature(octets: &[u8]) -> String {
 }
 
 fn a_type(entry: &Entry) -> String {
-    let name = match entry.data {
-        DataType::VisibleString => "a string".into(),
-        DataType::OctetString => "octets".into(),
-        DataType::Domain => "a domain".into(),
-        data => match data.kind() {
-            ValueKind::Signed | ValueKind::Unsigned | ValueKind::Octets => format!("an {}", data.name()),
-            ValueKind::Boolean | ValueKind::Real | ValueKind::Text => format!("a {}", data.name()),
-        },
+    let data = entry.data;
+    let name = match data.kind() {
+        ValueKind::Text => "a string".into(),
+        ValueKind::Octets if data == DataType::OctetString => "octets".into(),
+        ValueKind::Octets if data == DataType::Domain => "a domain".into(),
+        ValueKind::Signed | ValueKind::Unsigned | ValueKind::Octets => format!("an {}", data.name()),
+        ValueKind::Boolean | ValueKind::Real => format!("a {}", data.name()),
     };
     match entry.data.octets() {
         Some(len) => format!("{name} of {}", octets_of(len)),
