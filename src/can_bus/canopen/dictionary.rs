@@ -85,6 +85,37 @@ impl Object {
     }
 }
 
+/// A sorted table of objects, and of objects of one entry by their index in any order, as one sorted table. For tables that
+/// the compiler makes.
+#[expect(clippy::indexing_slicing, reason = "runs in the compiler only")]
+pub(crate) const fn with_singles<const N: usize>(
+    objects: &[Object],
+    singles: &'static [(u16, [Entry; 1])],
+) -> [Object; N] {
+    assert!(objects.len() + singles.len() == N, "another number of objects");
+    let mut table = [const { Object::array(0, "", &[]) }; N];
+    let (mut object, mut before, mut count) = (0, 0, 0);
+    while count < N {
+        let (mut next, mut place) = (u16::MAX, 0);
+        let mut single = 0;
+        while single < singles.len() {
+            if singles[single].0 > before && singles[single].0 < next {
+                (next, place) = (singles[single].0, single);
+            }
+            single += 1;
+        }
+        if object < objects.len() && objects[object].index.0 < next {
+            table[count] = Object { ..objects[object] };
+            object += 1;
+        } else {
+            table[count] = Object::var(next, &singles[place].1);
+            before = next;
+        }
+        count += 1;
+    }
+    table
+}
+
 /// The object with that index in a sorted table.
 pub(crate) fn object(objects: &'static [Object], index: Index) -> Option<&'static Object> {
     let place = objects.binary_search_by_key(&index, |object| object.index).ok()?;

@@ -1,6 +1,7 @@
 //! The object dictionary of the AG03/1 (manual chapter 7.12; `canopen-ag03.md` 12, `canopen-od.tsv`), and which entry is
 //! which parameter of the unit.
 
+use crate::can_bus::canopen::dictionary;
 use crate::can_bus::canopen::dictionary::{Entry, Object};
 use crate::can_bus::canopen::eds::Sheet;
 use crate::can_bus::canopen::value::DataType::{I32, U8, U16, U32, VisibleString};
@@ -111,6 +112,35 @@ const fn unused_pdo(id: i64, timer: i64) -> [Entry; 5] {
     ]
 }
 
+/// How many objects are no parameter, or hold several.
+const OTHERS: usize = 49;
+/// How many parameters are an object of their own: their rows are all of it.
+const SINGLES: usize = count_singles();
+
+#[expect(clippy::indexing_slicing, reason = "runs in the compiler only")]
+const fn count_singles() -> usize {
+    let (mut count, mut row) = (0, 0);
+    while row < on_canopen::PARAMETERS.len() {
+        count += (on_canopen::PARAMETERS[row].0.1 == 0) as usize;
+        row += 1;
+    }
+    count
+}
+
+#[expect(clippy::indexing_slicing, reason = "runs in the compiler only")]
+const fn singles(gear: Gear) -> [(u16, [Entry; 1]); SINGLES] {
+    let mut singles = [const { (0, [error_field(0)]) }; SINGLES];
+    let (mut count, mut row) = (0, 0);
+    while row < on_canopen::PARAMETERS.len() {
+        if let ((index, 0), parameter) = on_canopen::PARAMETERS[row] {
+            singles[count] = (index, [kept(parameter, gear)]);
+            count += 1;
+        }
+        row += 1;
+    }
+    singles
+}
+
 /// The dictionary of a drive with an internal gear of this ratio.
 struct Table<const RATIO: u16>;
 
@@ -121,7 +151,12 @@ impl<const RATIO: u16> Table<RATIO> {
     };
     const RPM: i64 = Self::GEAR.max_rpm() as i64;
 
-    const OBJECTS: &'static [Object] = &[
+    const SINGLES: [(u16, [Entry; 1]); SINGLES] = singles(Self::GEAR);
+    const TABLE: [Object; OTHERS + SINGLES] = dictionary::with_singles(&Self::OTHERS, &Self::SINGLES);
+    const OBJECTS: &'static [Object] = &Self::TABLE;
+
+    /// The objects that are no parameter, and those that hold several.
+    const OTHERS: [Object; OTHERS] = [
         Object::var(0x1000, &[Entry::ro(0, "Device type", U32).number(0x0000_0192)]),
         Object::var(0x1001, &[Entry::ro(0, "Error register", U8).number(0).node()]),
         Object::var(0x1002, &[shown(Reading::SystemStatus)]),
@@ -292,12 +327,6 @@ impl<const RATIO: u16> Table<RATIO> {
                 kept(Parameter::DPos, Self::GEAR),
             ],
         ),
-        Object::var(0x2412, &[kept(Parameter::SpindlePitch, Self::GEAR)]),
-        Object::var(0x2413, &[kept(Parameter::PosType, Self::GEAR)]),
-        Object::var(0x2415, &[kept(Parameter::DeltaInch, Self::GEAR)]),
-        Object::var(0x2416, &[kept(Parameter::StopModeInch2, Self::GEAR)]),
-        Object::var(0x2417, &[kept(Parameter::InposMode, Self::GEAR)]),
-        Object::var(0x2418, &[kept(Parameter::LoopLength, Self::GEAR)]),
         Object::array(
             0x241B,
             "Supply voltages",
@@ -310,22 +339,17 @@ impl<const RATIO: u16> Table<RATIO> {
         Object::var(0x241C, &[shown(Reading::Temperature)]),
         Object::var(0x241E, &[shown(Reading::MotorCurrent)]),
         Object::var(0x2420, &[Entry::ro(0, "Generic status register", U8).live()]),
-        Object::var(0x2421, &[kept(Parameter::TorqueDeactivation, Self::GEAR)]),
         Object::var(0x2422, &[Entry::ro(0, "Torque deactivation state", U8).live()]),
         Object::var(0x2423, &[shown(Reading::BatteryVoltage)]),
-        Object::var(0x2450, &[kept(Parameter::OffsetInch2, Self::GEAR)]),
         Object::var(0x2500, &[shown(Reading::ProductionDate)]),
         Object::var(0x6040, &[Entry::rw(0, "Controlword", U16).number(0).to_rpdo()]),
         Object::var(0x6041, &[Entry::ro(0, "Statusword", U16).to_tpdo().live()]),
-        Object::var(0x6060, &[kept(Parameter::OperatingMode, Self::GEAR)]),
         Object::var(0x6064, &[shown(Reading::Position).to_tpdo()]),
-        Object::var(0x6067, &[kept(Parameter::PosWindow, Self::GEAR)]),
         Object::var(0x606C, &[Entry::ro(0, "Velocity actual value rpm", I32).to_tpdo().live()]),
         Object::var(
             0x607A,
             &[Entry::rw(0, "Target position", I32).number(0).range(-9_999_999, 9_999_999).to_rpdo()],
         ),
-        Object::var(0x607C, &[kept(Parameter::CalibrationValue, Self::GEAR)]),
         Object::array(
             0x607D,
             "Software position limits",
@@ -335,7 +359,6 @@ impl<const RATIO: u16> Table<RATIO> {
                 kept(Parameter::Limit1, Self::GEAR),
             ],
         ),
-        Object::var(0x607E, &[kept(Parameter::SenseOfRotation, Self::GEAR)]),
         Object::array(
             0x6091,
             "Gear ratio",

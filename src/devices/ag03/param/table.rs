@@ -14,7 +14,7 @@ use crate::face::{DataType, ObjectEntry};
 pub static TABLE: &[Entry] = &STORED;
 
 /// The rows with their number, which only this file counts.
-static STORED: [Entry; 41] = entries();
+static STORED: [Entry; ROWS.len()] = entries();
 
 /// A parameter on both buses. Only the compiler has it: each bus takes its part.
 #[derive(Clone, Copy)]
@@ -94,6 +94,8 @@ pub enum Parameter {
 impl Parameter {
     /// How many there are.
     pub(crate) const COUNT: usize = 25;
+    /// How many of them the EEPROM keeps.
+    pub(crate) const KEPT: usize = kept();
 
     /// Everything known about it.
     #[expect(
@@ -251,6 +253,17 @@ pub(super) const ROWS: [Row; 41] = {
     ]
 };
 
+#[expect(clippy::indexing_slicing, reason = "runs in the compiler only")]
+const fn kept() -> usize {
+    let (mut count, mut row) = (0, 0);
+    while row < ROWS.len() {
+        let Entry { kind, persistent, .. } = ROWS[row].entry;
+        count += (persistent && matches!(kind, Kind::Setting(_))) as usize;
+        row += 1;
+    }
+    count
+}
+
 /// A parameter with its place in the object dictionary of the AG03/1.
 const fn on_canopen(entry: Entry, index: u16, sub: u8, data: DataType, name: &'static str) -> Row {
     Row { entry, object: Some(ObjectEntry { at: (index, sub), data, name }) }
@@ -262,7 +275,7 @@ const fn only_profibus(entry: Entry) -> Row {
 }
 
 #[expect(clippy::indexing_slicing, reason = "runs in the compiler only")]
-const fn entries() -> [Entry; 41] {
+const fn entries() -> [Entry; ROWS.len()] {
     let mut entries = [ROWS[0].entry; ROWS.len()];
     let mut row = 1;
     while row < ROWS.len() {

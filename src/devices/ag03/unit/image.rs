@@ -32,7 +32,7 @@ use crate::image;
 use crate::image::{FRAME_LEN, Writer};
 
 /// Octets of an image without settings of a bus.
-pub const IMAGE_LEN: usize = FRAME_LEN + 4 * KEPT + FaultBuffer::LEN + 2 + 8 + 8;
+pub const IMAGE_LEN: usize = FRAME_LEN + 4 * Parameter::KEPT + FaultBuffer::LEN + 2 + 8 + 8;
 /// The most octets that an image has.
 pub const MAX_IMAGE_LEN: usize = IMAGE_LEN + 1 + BusSettings::MAX_LEN;
 
@@ -41,8 +41,6 @@ const PLAIN: u16 = 1;
 /// With settings of a bus.
 const WITH_BUS: u16 = 2;
 const _: () = assert!(IMAGE_LEN == 142);
-/// How many parameters are kept: all but PNU 1035.
-const KEPT: usize = Parameter::COUNT - 1;
 /// Angles up to here, in increments: beyond 2^53 a binary64 does not count single increments any more.
 const LARGEST_ANGLE: f64 = 9_007_199_254_740_992.0;
 
