@@ -8,7 +8,7 @@ use super::Failure;
 use super::args;
 use super::args::{CheckFile, Sheet};
 use super::device_file::{self, Said};
-use crate::can_bus::canopen::NodeId;
+use crate::can_bus::canopen::{DataType, NodeId};
 use crate::eds::{Content, Eds, Entry, Limit, Object, Profile};
 use crate::host::eds_of_file;
 
@@ -195,10 +195,20 @@ fn value_text(entry: &Entry) -> String {
         Content::None => "not given".into(),
         Content::Whole(number) => number.to_string(),
         Content::Real(number) => number.to_string(),
+        Content::Octets(octets) if entry.data == DataType::UnicodeString => {
+            format!("{:?}", unicode(octets))
+        }
         Content::Octets(octets) => {
             entry.data.decode(octets).map_or_else(String::new, |value| value.to_string())
         }
     }
+}
+
+/// The text of a UNICODE_STRING.
+fn unicode(octets: &[u8]) -> String {
+    let units: Vec<u16> =
+        octets.chunks_exact(2).filter_map(|pair| Some(u16::from_le_bytes(pair.try_into().ok()?))).collect();
+    String::from_utf16_lossy(&units)
 }
 
 fn limit_text(limit: Limit) -> String {
@@ -282,6 +292,7 @@ fn value_json(entry: &Entry) -> Value {
         Content::None => Value::Null,
         Content::Whole(number) => whole_json(*number),
         Content::Real(number) => json!(number),
+        Content::Octets(octets) if entry.data == DataType::UnicodeString => json!(unicode(octets)),
         Content::Octets(octets) => match core::str::from_utf8(octets) {
             Ok(text) => json!(text),
             Err(_) => json!(octets),

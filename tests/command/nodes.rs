@@ -338,6 +338,7 @@ fn a_file_of_a_node_is_explained_checked_and_given_as_json() {
     let heartbeat =
         json["objects"].as_array().unwrap().iter().find(|object| object["index"] == "1017").unwrap();
     assert_eq!(heartbeat["entries"][0]["value"], 500);
+    assert!(objects.contains("  2007h    Label: UNICODE_STRING rw = \"AB\""), "{objects}");
 
     assert_eq!(output(&["eds", "check", pump]).status.code(), Some(0));
     let folder = tempfile::tempdir().unwrap();
