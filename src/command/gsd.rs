@@ -1,4 +1,6 @@
-//! `profidrive gsd`: a device file in words or as JSON.
+//! `profidrive gsd`: a device file in words or as JSON, and what a master sends for chosen modules.
+
+mod configured;
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -8,16 +10,30 @@ use crate::host::gsd_of_file;
 use crate::profibus::dp::IoLengths;
 use serde_json::{Value, json};
 
+use self::configured::Configured;
 use super::Failure;
 use super::args;
 use super::device_file::{self, Said};
+
+/// With more modules than these they are shown when they are asked for.
+const SHOWN_MODULES: usize = 16;
 
 pub(crate) fn gsd(args: &args::Gsd) -> Result<(), Failure> {
     device_file::print(|out| match (&args.check, &args.file) {
         (Some(args::Check::Check { file }), _) => check(out, file),
         (None, Some(file)) => {
             let gsd = read(file)?;
-            let said = if args.json { writeln!(out, "{}", as_json(&gsd)) } else { explain(out, &gsd) };
+            let said = match (&args.modules[..], args.json) {
+                ([], true) => writeln!(out, "{}", as_json(&gsd)),
+                ([], false) => match &args.list {
+                    Some(text) => list(out, &gsd, text),
+                    None => explain(out, &gsd),
+                },
+                (names, json) => {
+                    let configured = Configured::of(gsd, &names.join(","), &args.set)?;
+                    if json { writeln!(out, "{}", configured.json()) } else { configured.say(out) }
+                }
+            };
             Ok((said, Ok(())))
         }
         (None, None) => Err(device_file::missing("gsd")),
@@ -71,12 +87,12 @@ fn explain(out: &mut dyn Write, gsd: &Gsd) -> io::Result<()> {
     writeln!(out, "  user parameters {least} to {most} octets, diagnosis {} octets", gsd.max_diag_len)?;
     let kind =
         if gsd.is_modular() { "Modules, to choose from" } else { "Modules, all of them in this order" };
-    writeln!(out, "{kind}")?;
-    for module in &gsd.modules {
-        let preset = if module.preset { ", preset" } else { "" };
-        let IoLengths { outputs, inputs } = module.lengths;
-        writeln!(out, "  {}: {}; {outputs} out, {inputs} in{preset}", module.name, hex(&module.identifiers))?;
-        explain_part(out, gsd, &module.prm, "    ")?;
+    if gsd.modules.len() > SHOWN_MODULES {
+        let count = gsd.modules.len();
+        writeln!(out, "{kind}: {count}; --list prints them, --list TEXT those whose names contain TEXT")?;
+    } else {
+        writeln!(out, "{kind}")?;
+        list(out, gsd, "")?;
     }
     for slot in &gsd.slots {
         let list: Vec<_> = slot.references.iter().map(|(first, last)| format!("{first}-{last}")).collect();
@@ -100,6 +116,18 @@ fn explain(out: &mut dyn Write, gsd: &Gsd) -> io::Result<()> {
         writeln!(out, "Odd")?;
     }
     gsd.hints.iter().try_for_each(|hint| writeln!(out, "  {hint}"))
+}
+
+/// The modules whose names contain this.
+fn list(out: &mut dyn Write, gsd: &Gsd, text: &str) -> io::Result<()> {
+    let text = text.to_lowercase();
+    for module in gsd.modules.iter().filter(|module| module.name.to_lowercase().contains(&text)) {
+        let preset = if module.preset { ", preset" } else { "" };
+        let IoLengths { outputs, inputs } = module.lengths;
+        writeln!(out, "  {}: {}; {outputs} out, {inputs} in{preset}", module.name, hex(&module.identifiers))?;
+        explain_part(out, gsd, &module.prm, "    ")?;
+    }
+    Ok(())
 }
 
 fn explain_texts(out: &mut dyn Write, bits: &[DiagBit], areas: &[DiagArea], indent: &str) -> io::Result<()> {

@@ -13,6 +13,7 @@
 //! | `diagnosis.rs` | the texts of the diagnosis |
 //! | `hint.rs` | what is odd in a file, and what makes it useless |
 //! | `layout.rs` | where the octets of each module lie |
+//! | `project.rs` | Chk_Cfg and Set_Prm of chosen modules, by parameter and text |
 //! | `raised.rs` | a diagnosis that is raised on purpose |
 //! | `split.rs` | a configuration split into modules |
 //! | `station.rs` | [`Station`]: what a slave accepts of its master |
@@ -42,6 +43,7 @@ mod lines;
 mod master;
 mod module;
 mod parameter;
+mod project;
 mod raised;
 mod reader;
 mod split;
@@ -55,6 +57,7 @@ pub use layout::Placed;
 pub use master::MasterGsd;
 pub use module::{Module, Slot};
 pub use parameter::{Allowed, FieldType, Parameter, PrmPart, Reference};
+pub use project::{PrmValue, SettingError};
 pub use raised::{ChannelFault, ModuleState, RaiseError, Raised, Status};
 pub use station::{Contradiction, NotPluggable, Policy, Station};
 pub use text::CodePage;

@@ -44,6 +44,11 @@ impl Reading {
         self.one.iter().filter_map(|place| gsd.modules.get(*place))
     }
 
+    /// Their places, one for each slot that has a module.
+    pub(super) fn known(&self) -> impl Iterator<Item = usize> + '_ {
+        self.one.iter().copied()
+    }
+
     /// The octets of user parameters that they have.
     pub(super) fn extent(&self, gsd: &Gsd) -> usize {
         self.modules(gsd).map(|module| module.prm.extent(gsd)).sum()

@@ -371,6 +371,17 @@ impl Station {
         remarks
     }
 
+    /// The user parameters by parameter and text, as far as they have the length of the modules of this configuration.
+    pub fn prm_values(&self, configuration: &[u8], user_prm: &[u8]) -> Vec<super::PrmValue<'_>> {
+        match self.read(configuration, Some(user_prm)) {
+            Ok(reading) if reading.agreement != Agreement::Open => {
+                let modules: Vec<_> = reading.known().collect();
+                self.gsd.prm_values(&modules, user_prm)
+            }
+            Ok(_) | Err(_) => self.gsd.prm_values(&[], user_prm),
+        }
+    }
+
     /// The values out of their ranges in the parts of the modules of one reading.
     fn wrong_in_modules(&self, reading: &Reading, user_prm: &[u8], mut each: impl FnMut(usize, String)) {
         let mut start = self.part_len;

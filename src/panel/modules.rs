@@ -34,6 +34,22 @@ pub(super) struct Texts {
     modules: Vec<String>,
     /// The slots of the configuration in force.
     slots: Vec<SlotNames>,
+    /// The user parameters of the Set_Prm in force.
+    user_prm: Vec<PrmState>,
+}
+
+/// A parameter of the station or of a module.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
+pub(super) struct PrmState {
+    /// The slot of its module; `null`: it is one of the station.
+    slot: Option<u16>,
+    /// Its first octet of the user parameters, from 0.
+    octet: usize,
+    name: String,
+    value: i64,
+    /// The text of the value.
+    text: Option<String>,
 }
 
 /// Which module is in a slot.
@@ -69,7 +85,21 @@ pub(super) async fn texts(place: Place) -> Result<Json<Texts>, Problem> {
             slot: placed.slot.number,
             names: placed.names(gsd).into_iter().map(str::to_owned).collect(),
         });
-        Ok(Json(Texts { possible: Possible::of(gsd), modules, slots: slots.collect() }))
+        let slave = station.slave();
+        let user_prm = slave.application().prm_values(slave.configuration(), slave.user_prm());
+        let user_prm = user_prm.into_iter().map(|value| PrmState {
+            slot: value.slot,
+            octet: value.octet,
+            name: value.parameter.name.clone(),
+            value: value.value,
+            text: value.text.map(str::to_owned),
+        });
+        Ok(Json(Texts {
+            possible: Possible::of(gsd),
+            modules,
+            slots: slots.collect(),
+            user_prm: user_prm.collect(),
+        }))
     });
     texts.await
 }

@@ -118,6 +118,52 @@ fn a_file_is_explained_in_words_and_as_json() {
 }
 
 #[test]
+fn what_a_master_sends_for_chosen_modules_is_printed() {
+    let twins = file("twins.gsd");
+    let run = |arguments: &[&str]| {
+        let output = output(&[&["gsd", &twins], arguments].concat());
+        let said = |octets: Vec<u8>| String::from_utf8(octets).unwrap();
+        (output.status.code(), said(output.stdout), said(output.stderr))
+    };
+    let (code, said, log) = run(&["--modules", "range,out", "--set", "Range=30"]);
+    assert_eq!(code, Some(0), "{log}");
+    for words in [
+        "Ident number     0A09",
+        "Chk_Cfg          13 23",
+        "User parameters  00 A1 1E",
+        "Data_Exchange    4 octets out, 4 in",
+        "Slot 1: range\n  octet 2: Range = 30",
+        "Slot 2: out",
+    ] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    let (_, said, _) = run(&["--json", "--modules", "range", "--modules", "other", "--set", "2:Range=11"]);
+    let json: serde_json::Value = serde_json::from_str(&said).unwrap();
+    assert_eq!(json["chk_cfg"], serde_json::json!([0x13, 0x13]));
+    assert_eq!(json["user_prm"], serde_json::json!([0, 0xA1, 20, 0xB2, 11]));
+    assert_eq!(json["parameters"][1]["value"], 11);
+    for (arguments, words) in [
+        (&["--modules", "rage"][..], "there is no module 'rage'; did you mean 'range'?"),
+        (
+            &["--modules", "range", "--set", "Rnge=1"],
+            "there is no parameter 'Rnge' here; did you mean 'Range'?",
+        ),
+        (&["--modules", "range", "--set", "Range=99"], "'Range' cannot be '99'; expected 10..30"),
+        (&["--modules", "range,other", "--set", "Range=11"], "name one of them: '1:Range=11'"),
+        (&["--modules", "out,out,out,out,out"], "the station takes 4 modules (Max_Module)"),
+    ] {
+        let (code, _, log) = run(arguments);
+        assert!(code == Some(2) && log.contains(words), "{words}: {log}");
+    }
+    // Texts of a file are values, too; what is asked for is listed.
+    let extended = output(&["gsd", &file("extended_prm.gsd"), "--modules", "1 in", "--set", "Diagnosis=off"]);
+    let said = String::from_utf8(extended.stdout).unwrap();
+    assert!(said.contains("octet 1: Diagnosis = 0 (off)"), "{said}");
+    let (_, said, _) = run(&["--list", "HF"]);
+    assert_eq!(said, "  plain HF: 13; 0 out, 4 in\n");
+}
+
+#[test]
 fn authors_are_told_what_is_odd_with_line_and_column() {
     assert_eq!(output(&["gsd", "check", &file("modular.gsd")]).status.code(), Some(0));
     let folder = tempfile::tempdir().unwrap();

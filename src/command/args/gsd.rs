@@ -7,7 +7,7 @@ use std::path::PathBuf;
 #[command(
     args_conflicts_with_subcommands = true,
     arg_required_else_help = true,
-    after_help = "Examples:\n  profidrive gsd valves.gsd\n  profidrive gsd --json valves.gsd\n  profidrive gsd check valves.gsd"
+    after_help = "Examples:\n  profidrive gsd valves.gsd\n  profidrive gsd --json valves.gsd\n  profidrive gsd io.gsd --list analog\n  profidrive gsd io.gsd --modules AI2,DO8 --set 1:Filter=3\n  profidrive gsd check valves.gsd"
 )]
 pub(crate) struct Gsd {
     /// The file
@@ -17,6 +17,18 @@ pub(crate) struct Gsd {
     /// One JSON object
     #[arg(long)]
     pub(crate) json: bool,
+
+    /// Every module with its parameters, or those whose names contain TEXT
+    #[arg(long, value_name = "TEXT", num_args = 0..=1, default_missing_value = "", conflicts_with = "modules")]
+    pub(crate) list: Option<String>,
+
+    /// Prints what a master sends for these modules, slot by slot: Chk_Cfg and the user parameters of Set_Prm
+    #[arg(long, value_name = "NAME[,NAME..]")]
+    pub(crate) modules: Vec<String>,
+
+    /// With --modules: a parameter, by its text or number; SLOT: before the name where several modules have it
+    #[arg(long, value_name = "[SLOT:]PARAMETER=TEXT", requires = "modules")]
+    pub(crate) set: Vec<String>,
 
     #[command(subcommand)]
     pub(crate) check: Option<Check>,
