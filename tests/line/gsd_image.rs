@@ -3,7 +3,7 @@
 use core::time::Duration;
 
 use profidrive::devices::ag03::profibus::MAX_TELEGRAM_LEN;
-use profidrive::gsd::{Gsd, ModuleState, Policy, Raised, Station};
+use profidrive::gsd::{Gsd, ModuleState, Policy, Raised, Station, Status};
 use profidrive::host::{Bus, GsdStation, OutputBoard, OutputsAre, Refusals};
 use profidrive::process::{Image, Point, Process, Signal, Source, ValueType};
 use profidrive::profibus::fdl::Address;
@@ -232,4 +232,29 @@ fn a_raised_diagnosis_is_read_by_the_master_and_kept_until_another_configuration
     rig.toggles[7] = false;
     rig.request(7, Some(62), &MODULES[..1]);
     assert!(rig.station(7).raised().is_empty(), "slot 3 is gone");
+}
+
+#[test]
+fn a_status_block_that_is_raised_stays_when_the_configuration_changes() {
+    let file = "#Profibus_DP\nIdent_Number=0x0A08\n500_supp=1\nMaxTsdr_500=100\nMax_Diag_Data_Len=20\nModular_Station=1\n\
+        Max_Module=4\nUnitDiagType=161\nX_Unit_Diag_Bit(24)=\"door\"\nEndUnitDiagType\n\
+        Module=\"in\" 0x10\nEndModule\nModule=\"out\" 0x20\nEndModule\n";
+    let gsd = Gsd::read(file.as_bytes()).unwrap();
+    let station = Station::new(gsd, Policy::PROPOSED).unwrap();
+    let address = Address::station(7).unwrap();
+    let mut rig = Rig::new([GsdStation::new(address, BaudRate::K500, station, Refusals::default())]);
+    let configure = |rig: &mut Rig, configuration: &[u8]| {
+        rig.telegram(7, 0x6D, Some(61), &[0x88 | 0x20, 10, 10, 11, 0x0A, 0x08, 0]);
+        rig.toggles[7] = false;
+        rig.request(7, Some(62), configuration);
+        rig.request(7, Some(60), &[]).unwrap()[8..].to_vec()
+    };
+    configure(&mut rig, &[0x10, 0x20]);
+    let status = Status { bits: [24].into(), ..Status::default() };
+    let raised = Raised { statuses: [(161, status)].into(), ..Raised::default() };
+    rig.with(7, |station| station.raise(raised.clone()).unwrap());
+    let block = [0x05, 0xA1, 0, 0, 0x01];
+    assert_eq!(rig.request(7, Some(60), &[]).unwrap()[8..], block);
+    assert_eq!(configure(&mut rig, &[0x10]), block, "it has no slot");
+    assert_eq!(*rig.station(7).raised(), raised);
 }

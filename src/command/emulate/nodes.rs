@@ -8,7 +8,9 @@ use crate::can_bus::can::BitRate;
 use crate::can_bus::canopen::node::storage::Eeprom;
 use crate::can_bus::canopen::{Event, NodeId};
 use crate::devices::CanopenEvent;
-use crate::host::can::{self, BusHint, Line, LinkSpec, News, NodeWatch, Numbers, Seat, StoredNode};
+use crate::host::can::{
+    self, AdapterNews, BusHint, Line, LinkSpec, News, NodeWatch, Numbers, Seat, StoredNode,
+};
 use crate::host::capture::Capture;
 use crate::host::capture::can::CanInterface;
 use crate::host::fault::{BusKind, Rule};
@@ -18,7 +20,7 @@ use crate::panel::{NodeAccess, Panel, Seated};
 use crate::time::Instant;
 use tracing::{debug, info, warn};
 
-use super::{Start, start_panel};
+use super::{NOISE_PAUSE, Start, start_panel};
 use crate::command::Failure;
 use crate::command::args::Emulate;
 use crate::command::signals::Signals;
@@ -147,7 +149,7 @@ fn tell(
         }
         info!("{hint}");
     }
-    nodes.say(news);
+    nodes.say(now, news);
 }
 
 fn open(args: &Emulate, link: &LinkSpec, rate: BitRate) -> Result<Line<CanopenEvent>, Failure> {
@@ -175,6 +177,9 @@ fn open(args: &Emulate, link: &LinkSpec, rate: BitRate) -> Result<Line<CanopenEv
 struct Nodes {
     on_bus: Vec<(Seated, NodeId)>,
     watch: NodeWatch,
+    /// When a line of noise was logged last, and how many more came since.
+    last_noise: Option<Instant>,
+    unsaid: u64,
 }
 
 impl Nodes {
@@ -184,13 +189,13 @@ impl Nodes {
             LinkSpec::Terminal(_) | LinkSpec::Socket(_) => NodeWatch::outside(),
             LinkSpec::Pty(_) | LinkSpec::Tcp(_) => NodeWatch::inside(),
         };
-        Self { on_bus: Vec::new(), watch }
+        Self { on_bus: Vec::new(), watch, last_noise: None, unsaid: 0 }
     }
 
     /// What is odd about a frame of a master.
     fn hint(&mut self, now: Instant, news: &News<CanopenEvent>) -> Option<BusHint> {
         let News::Bus(can::Event::Passed { by_port: true, frame, .. }) = news else { return None };
-        let Self { on_bus, watch } = self;
+        let Self { on_bus, watch, .. } = self;
         watch.heard(now, frame, || Numbers::of(on_bus.iter().map(|(_, node)| *node)))
     }
 
@@ -275,8 +280,21 @@ impl Nodes {
         }
     }
 
-    fn say(&mut self, news: News<CanopenEvent>) {
+    fn say(&mut self, now: Instant, news: News<CanopenEvent>) {
         match news {
+            // So many of them are noise.
+            News::Adapter { name, news: news @ AdapterNews::Refused(_) } => {
+                if self.last_noise.is_some_and(|last| now.saturating_since(last) < NOISE_PAUSE) {
+                    self.unsaid = self.unsaid.saturating_add(1);
+                    debug!("slcan {name}: {news}");
+                    return;
+                }
+                self.last_noise = Some(now);
+                match core::mem::take(&mut self.unsaid) {
+                    0 => info!("slcan {name}: {news}"),
+                    more => info!("slcan {name}: {news}; {more} more such lines since the last one"),
+                }
+            }
             News::Bus(can::Event::Participant { seat, event }) => self.say_of_node(seat, &event),
             News::Bus(can::Event::State { seat, state, .. }) => warn!("{}: {state}", self.name(seat)),
             News::Bus(can::Event::Damaged { from, frame, damage, .. }) => {

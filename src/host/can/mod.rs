@@ -62,6 +62,7 @@ pub use bus::{Bus, Event, Seat};
 pub use endpoint::{CanEndpoint, SlcanEndpoint};
 pub use hint::{BusHint, NodeRequest, NodeWatch, Numbers};
 pub use interface::{open_slcan, open_socketcan};
+pub(crate) use line::AdapterNews;
 pub use line::{Line, News, Stay};
 pub use link_spec::{LinkSpec, LinkSpecError};
 pub use node::StoredNode;

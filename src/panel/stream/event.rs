@@ -224,6 +224,11 @@ impl Told {
 }
 
 impl NewsEvent {
+    /// Whether it is about the octets of a line: noise makes very many of them.
+    pub(super) const fn is_of_line(&self) -> bool {
+        matches!(self.kind, EventKind::Line)
+    }
+
     /// The last of the stream of one station.
     pub(super) fn removed(at: Instant, line: &str, address: u8) -> Bytes {
         message_of(
