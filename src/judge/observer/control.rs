@@ -41,7 +41,6 @@ pub(super) struct Control {
     pub(super) mode: Mode,
     /// OPERATE was announced at least once.
     operated: bool,
-    clear_seen: bool,
     /// The groups that OPERATE was announced to, or all stations.
     operate_groups: u8,
     operate_to_all: bool,
@@ -135,7 +134,6 @@ impl Observer {
             control.mode = Mode::Operate;
             return;
         }
-        control.clear_seen = true;
         let stays = control.mode == Mode::Operate && !control.clear_wanted && self.setup.auto_clear.is_none();
         if control.mode != Mode::Clear {
             control.since_clear = 0;
@@ -255,12 +253,8 @@ impl Observer {
                     self.findings.obstacle(Row::U10, reason);
                 }
             }
-            Mode::Unknown => {}
-            Mode::Operate => {
-                if self.control.since_clear == 0 && self.control.clear_seen {
-                    self.held(Row::U10);
-                }
-            }
+            // Whoever exchanges data only now has shown nothing of the way there.
+            Mode::Unknown | Mode::Operate => {}
             Mode::Clear if zero => {
                 if operated {
                     self.held(Row::O03);

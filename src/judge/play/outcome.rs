@@ -31,7 +31,7 @@ const BY_NOTHING_SEEN: &[Row] = &[
 /// Why rows that nothing was seen of are not judged.
 const UNSEEN: &[(Row, &str)] = &[
     (Row::C06, "no request was repeated until the retries were over and FCV = 0 followed"),
-    (Row::U10, "the master announced no CLEAR before OPERATE"),
+    (Row::U10, "no data were exchanged in CLEAR before OPERATE"),
     (Row::I01, "needs --min-interval, or min-interval=MS of a station"),
     (Row::I03, "needs an absent station that the master asks"),
     (Row::K08, "needs 500 tokens of the master"),

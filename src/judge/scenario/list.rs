@@ -466,10 +466,10 @@ pub fn asking(setup: &Setup) -> Vec<Scenario> {
 /// A little of everything, at random.
 fn random_errors() -> Scenario {
     let faults = [
-        "bit-errors,rate=0.004,seed=11",
-        "no-reply,rate=0.002,seed=12",
-        "truncated,rate=0.002,seed=13",
-        "drop-request,rate=0.002,seed=14",
+        "bit-errors,rate=0.006,seed=11",
+        "no-reply,rate=0.0015,seed=12",
+        "truncated,rate=0.0015,seed=13",
+        "drop-request,rate=0.001,seed=14",
     ];
     Scenario {
         steps: vec![cycles(None, &faults, RANDOM, 5000)],
