@@ -68,6 +68,8 @@ pub struct Step {
     pub until_lost: bool,
     /// It lasts at least so many cycles of the master.
     pub cycles: u32,
+    /// And so many of them more: its time begins when the master has come so far.
+    pub more_cycles: u32,
     /// What a second master does on the line; the step ends when that is done.
     pub second: Option<Course>,
 }
@@ -258,6 +260,7 @@ impl Step {
     /// How long it lasts at most with a master whose cycle takes so long.
     pub(super) fn time(&self, setup: &Setup, cycle: Duration) -> Duration {
         let lasts = self.lasts.max(cycle.saturating_mul(self.cycles));
+        let lasts = lasts.saturating_add(cycle.saturating_mul(self.more_cycles));
         if !self.until_lost {
             return lasts;
         }

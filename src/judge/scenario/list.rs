@@ -29,6 +29,8 @@ const GONE: u32 = 15;
 const RESTARTED: u32 = 40;
 /// A station that joins late was asked so often before.
 const ASKED: u32 = 60;
+/// A start-up has come to Chk_Cfg in so many cycles.
+const STARTED: u32 = 10;
 /// A station is not ready for so many cycles.
 const NOT_READY: u32 = 24;
 /// Cycles at least with random errors.
@@ -322,6 +324,7 @@ fn start_ups(setup: &Setup) -> Vec<Scenario> {
         for step in &mut scenario.steps {
             step.until_injected = false;
             step.until_lost = true;
+            step.more_cycles = STARTED;
             step.lasts = Duration::from_millis(millis);
         }
         scenario
