@@ -192,6 +192,37 @@ fn the_ready_line_names_the_link_and_the_nodes_and_each_signal_ends_with_0() {
 }
 
 #[test]
+fn a_signal_while_boot_ups_are_sent_ends_in_order() {
+    let folder = tempfile::tempdir().unwrap();
+    let link = format!("slcan-pty:{}", folder.path().join("can0").display());
+    let nodes = (1..=127).flat_map(|node| ["--node".to_owned(), format!("{node},device=ap10")]);
+    let mut emulator = std::process::Command::new(env!("CARGO_BIN_EXE_profidrive"))
+        .args(["emulate", "--link", &link])
+        .args(nodes)
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    // One that does not end is killed, so that the log ends.
+    let (ended, end) = std::sync::mpsc::channel::<()>();
+    let kill = format!("kill -KILL {}", emulator.id());
+    std::thread::spawn(move || {
+        if end.recv_timeout(PATIENCE) == Err(std::sync::mpsc::RecvTimeoutError::Timeout) {
+            let _ = std::process::Command::new("sh").args(["-c", &kill]).status();
+        }
+    });
+    let mut log = std::io::BufRead::lines(std::io::BufReader::new(emulator.stderr.take().unwrap()));
+    assert!(log.by_ref().any(|line| line.unwrap().contains("boot-up as node")), "it has begun");
+    let term = format!("kill -TERM {}", emulator.id());
+    assert!(std::process::Command::new("sh").args(["-c", &term]).status().unwrap().success());
+    let rest: Vec<_> = log.map(Result::unwrap).collect();
+    drop(ended);
+    assert_eq!(emulator.wait().unwrap().code(), Some(0), "{rest:#?}");
+    assert!(rest.last().unwrap().contains("ended by a signal"), "{:?}", rest.last());
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "nothing is left behind");
+}
+
+#[test]
 fn each_node_answers_for_itself_and_boots_when_it_is_told() {
     let products: Vec<_> = Device::products().collect();
     for (index, product) in products.iter().enumerate() {
