@@ -67,6 +67,7 @@ mod drive_behaviour;
 mod drive_faults;
 mod drive_log;
 mod drive_states;
+#[cfg(feature = "std")]
 mod eds_files;
 mod fuzz_corpus;
 mod generic_slave;
