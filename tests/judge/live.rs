@@ -50,9 +50,16 @@ fn a_correct_master_is_not_accused_in_real_time() {
     let parts = if all {
         vec![Row::ALL.to_vec()]
     } else {
-        [&["M-C0*"][..], &["M-C1*"], &["M-T02", "M-T03", "M-T04"], &["M-E01", "M-E06"], &["M-P*"]]
-            .map(rows)
-            .to_vec()
+        // Rows whose mistakes are seldom are watched for half a minute: they are left to the long form.
+        [
+            &["M-C03", "M-C04", "M-C05", "M-C06"][..],
+            &["M-C07", "M-C08"],
+            &["M-C1*"],
+            &["M-T02", "M-T03", "M-T04"],
+            &["M-E01", "M-E06"],
+        ]
+        .map(rows)
+        .to_vec()
     };
     let passed: usize = std::thread::scope(|scope| {
         let threads: Vec<_> =
