@@ -271,3 +271,32 @@ fn am_07_speed_and_ramps_of_a_move_are_those_of_its_parameters() {
         "{whole:?}"
     );
 }
+
+#[test]
+fn am_03_limits_written_during_a_job_are_monitored_at_once() {
+    let mut rig = Rig::enabled();
+    rig.travel(0x001F, 50_000);
+    rig.pass_ms(1000);
+    let now = rig.position();
+    rig.write(0x607D, 2, now + 2000, 4).unwrap();
+    assert_eq!((rig.read(0x607D, 2), rig.sw() & 0x4800), (Ok(now.unsigned_abs() + 2000), 0x4000));
+    rig.events();
+    rig.until("limit", |node| node.status_word() & 0x0800 != 0);
+    rig.until("standstill", |node| node.status_word() & 0x4000 == 0);
+    assert!((1..=55).contains(&(rig.position() - now - 2000)), "{}", rig.position());
+    assert!(
+        rig.events()
+            .iter()
+            .any(|event| { event.to_string().ends_with("inc, beyond the limit that was changed meanwhile") })
+    );
+    // What positions mean stays as it is.
+    rig.write(0x607D, 2, 1_000_000, 4).unwrap();
+    rig.word(0x000F);
+    rig.travel(0x001F, 50_000);
+    rig.pass_ms(500);
+    for (index, sub, value, len) in
+        [(0x2412, 0, 400, 2), (0x607E, 0, 1, 1), (0x6091, 1, 2, 2), (0x6060, 0, 2, 1)]
+    {
+        assert_eq!(rig.write(index, sub, value, len), Err(0x0800_0022), "{index:04X}h");
+    }
+}

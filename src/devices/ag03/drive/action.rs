@@ -51,6 +51,7 @@ impl Drive {
                 self.setpoint = self.job.setpoint;
                 self.setpoint_programmed = true;
                 self.torque_tripped = false;
+                self.limits_changed = false;
                 self.jobs = self.jobs.wrapping_add(1);
                 self.start_leg();
             }

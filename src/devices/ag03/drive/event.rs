@@ -49,6 +49,8 @@ pub enum Event {
         target: Position,
         /// Actual position.
         position: Position,
+        /// It is beyond a limit that was programmed during the job.
+        beyond_limit: bool,
     },
     /// A shaft that had to brake stands.
     Stands {
@@ -254,9 +256,12 @@ impl Drive {
         let ran = travels(before.state) || started;
         if ran && !travels(after.state) {
             let reached = after.target_reached && after.operation_enabled && !command.stop;
+            let beyond_limit = self.limits_changed
+                && after.state == State::Stopping
+                && (after.above_upper_limit || after.below_lower_limit);
             say(match reached {
                 true => Event::TargetReached { position, target },
-                false => Event::Discarded { target, position },
+                false => Event::Discarded { target, position, beyond_limit },
             });
         }
         match (before.state, after.state) {
@@ -339,8 +344,9 @@ impl fmt::Display for Event {
             Self::TargetReached { position, target } => {
                 write!(f, "target {target} reached, position {position}")
             }
-            Self::Discarded { target, position } => {
-                write!(f, "travel to {target} discarded at position {position}")
+            Self::Discarded { target, position, beyond_limit } => {
+                write!(f, "travel to {target} discarded at position {position}")?;
+                f.write_str(if *beyond_limit { ", beyond the limit that was changed meanwhile" } else { "" })
             }
             Self::Stands { position } => write!(f, "the shaft stands at position {position}"),
             Self::InchingStarted(Inch::One(direction)) => {

@@ -123,6 +123,8 @@ pub struct Drive {
     start_armed: bool,
     /// The torque deactivation stopped a motion, and none has begun since.
     torque_tripped: bool,
+    /// The limits were changed since the last travel job began.
+    limits_changed: bool,
     faults: FaultBuffer,
     /// The faults entered since the last acknowledgement.
     entered: FaultSet,
@@ -136,7 +138,8 @@ pub struct Drive {
     only_moved: bool,
 }
 
-/// Settings that a motion or a kept job must not change under way; taken over while the shaft stands.
+/// Settings that say what positions mean; a motion or a kept job must not change them under way, so that they are taken
+/// over while the shaft stands. Only the limits are monitored as they are programmed, at any time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Frame {
     mode: Mode,
@@ -186,6 +189,7 @@ impl Drive {
             jobs: 0,
             start_armed: true,
             torque_tripped: false,
+            limits_changed: false,
             faults: FaultBuffer::default(),
             entered: FaultSet::empty(),
             latched: None,
@@ -340,7 +344,11 @@ impl Drive {
     fn take_settings(&mut self, settings: &Settings) -> bool {
         self.window = settings.word(Parameter::PosWindow);
         if !self.stands() || self.state.job_active() {
-            return false;
+            let limits = settings.limits();
+            let changed = limits != self.frame.limits;
+            self.frame.limits = limits;
+            self.limits_changed |= changed;
+            return changed;
         }
         let before = self.frame;
         self.frame = Frame::of(settings);
@@ -401,8 +409,11 @@ impl Drive {
 
     fn on_motion(&mut self, settings: &Settings) {
         let inpos_in_window = self.quirks.inpos_acts_in_window && self.job.via.is_none();
-        // A shaft that turns can only reach a window or a limit, which few states look at.
-        let looks = inpos_in_window || matches!(self.state, State::Inching(_) | State::KeyInching(_));
+        // A shaft that turns can only reach a window or a limit, which few states look at. A travel job leads to no place
+        // beyond the limits that were in force when it began.
+        let looks = inpos_in_window
+            || self.limits_changed
+            || matches!(self.state, State::Inching(_) | State::KeyInching(_));
         if !looks && !self.stands() {
             return;
         }

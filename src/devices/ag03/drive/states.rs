@@ -4,7 +4,7 @@
 //!
 //! 1. [`State::on_plant`]: supplies, faults, torque (rows 1-3b, 9, 27, 27b: torque in inching and under a key);
 //! 2. [`State::on_command`]: what the master or the keys ask for, at most one transition per step (rows 4-53);
-//! 3. [`State::on_motion`]: what the shaft has reached (the second half of rows 8, 23, 24, 26, 27, 29-34, 42, 53).
+//! 3. [`State::on_motion`]: what the shaft has reached (the second half of rows 8, 23, 24, 26, 27, 29-34b, 42, 53).
 //!
 //! They are pure: they say the next state and the [`Action`] that goes with it; [`super::Drive`] carries it out.
 //! Within a function the arms stand in the order of their priority. Rows 21, 22, 25b, 35 and 36 (refused requests)
@@ -483,6 +483,8 @@ impl State {
             Self::TravelActive if reached.at_rest && reached.in_window => {
                 (Self::OperationEnabled(reached.inpos), Action::None)
             }
+            // row 34b
+            Self::TravelActive if reached.crossed_limit => (Self::Stopping, Action::BrakeMaximum),
             // row 26
             Self::Stopping if reached.at_rest => (Self::OperationEnabled(Motor::InControl), Action::None),
             // rows 29, 30, 32, 33

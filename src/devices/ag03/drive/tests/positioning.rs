@@ -507,12 +507,54 @@ fn calibration_is_possible_without_a_job_only() {
 }
 
 #[test]
-fn scale_and_limits_written_during_a_job_wait_for_its_end() {
+fn a_scale_written_during_a_job_waits_for_its_end() {
     let mut rig = Rig::travelling(16_000);
-    rig.settings = rig.settings.with_gear_numerator(2).with_limits(Limits::new(-5, 5));
+    rig.settings = rig.settings.with_gear_numerator(2);
     rig.run(1);
     assert_eq!(rig.zsw() & 0xea7f, 0x0a37);
     rig.until(ENABLED);
     assert_eq!(rig.position(), 16_000);
-    assert_eq!((rig.run(1).position(), rig.status().above_upper_limit), (8000, true));
+    assert_eq!(rig.run(1).position(), 8000);
+}
+
+#[test]
+fn row_34b_a_travel_stops_at_a_limit_that_is_programmed_under_way() {
+    for (target, limit) in [(16_000, Limits::new(2000, -5)), (-16_000, Limits::new(5, -2000))] {
+        let mut rig = Rig::travelling(target);
+        rig.settings = rig.settings.with_limits(limit);
+        rig.run(1);
+        assert_eq!((rig.state(), rig.zsw() & 0x4000), (State::TravelActive, 0));
+        rig.until(State::Stopping);
+        assert_eq!((rig.position().abs(), rig.zsw() & 0x4000), (2001, 0x4000));
+        rig.until(ENABLED);
+        assert!((2001..=2051).contains(&rig.position().abs()), "{}", rig.position());
+        assert!(!rig.status().ready_to_travel && rig.status().motor == Motor::InControl);
+        assert_eq!(rig.travel(0).reasons().len(), 1, "only inching is possible");
+    }
+}
+
+#[test]
+fn row_34b_beyond_a_limit_that_is_programmed_under_way_only_the_way_back_goes_on() {
+    for (target, state) in [(0, State::TravelActive), (12_000, State::Stopping)] {
+        let mut rig = Rig::enabled().calibrated(6000);
+        rig.travel(target).run(500);
+        rig.settings = rig.settings.with_limits(Limits::new(5000, -5000));
+        rig.run(1);
+        assert_eq!((rig.state(), rig.status().above_upper_limit), (state, true));
+        rig.until(ENABLED);
+        assert_eq!(rig.position() == target, target == 0);
+    }
+    // A job that is kept shows it, too, and moves no farther.
+    let mut rig = Rig::travelling(16_000);
+    rig.stw(0x005b).until(State::Paused { torque_tripped: false });
+    rig.settings = rig.settings.with_limits(Limits::new(5, -5));
+    assert!(rig.run(1).status().above_upper_limit);
+    let position = rig.position();
+    rig.stw(0x007b).until(ENABLED);
+    assert!(rig.position() - position <= 1);
+    // Equal limits are none.
+    let mut rig = Rig::travelling(16_000);
+    rig.settings = rig.settings.with_limits(Limits::new(5, 5));
+    rig.until(ENABLED);
+    assert_eq!(rig.position(), 16_000);
 }
