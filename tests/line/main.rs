@@ -50,6 +50,8 @@ mod master_clients;
 mod metrics;
 mod new_device;
 #[cfg(feature = "std")]
+mod node_bus;
+#[cfg(feature = "std")]
 mod node_images;
 mod noisy_line;
 mod own_master;

@@ -294,13 +294,17 @@ impl<E: 'static> Bus<E> {
 
     /// Takes the frame, the news and the deadline of a station that was called.
     fn refresh(&mut self, seat: Seat) {
+        let is_sending = self.wire.is_sending(seat);
         let Self { seats, deadlines, events, now, .. } = self;
         let (Some(occupant), Some(deadline)) =
             (seats.get_mut(seat.0).and_then(Option::as_mut), deadlines.get_mut(seat.0))
         else {
             return;
         };
-        occupant.fill_mailbox(*now);
+        // A frame on the wire may have to wait there again.
+        if !is_sending {
+            occupant.fill_mailbox(*now);
+        }
         while let Some(event) = occupant.poll_event() {
             events.push(Event::Participant { seat, event });
         }

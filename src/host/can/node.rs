@@ -272,6 +272,10 @@ impl CanParticipant for StoredNode {
         self.stored.act(now, |unit| unit.device.handle_error_state(now, before, state));
     }
 
+    fn take_back(&mut self, frame: Frame) {
+        self.stored.unit_mut().device.parts().0.take_back(frame);
+    }
+
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
         let frame = self.next_frame(now)?;
         self.counters.send(self.stored.unit().device.node(), &frame);

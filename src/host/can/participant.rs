@@ -21,8 +21,11 @@ pub trait CanParticipant: Any + Send {
     fn handle_timeout(&mut self, now: Instant);
 
     /// Its error counters have taken it to another state. While it is bus off it hears nothing and is not asked for
-    /// frames, and the frame that waited is lost.
+    /// frames, and the frame that waited is given back before.
     fn set_error_state(&mut self, now: Instant, state: ErrorState);
+
+    /// A frame that [`poll_transmit`](Self::poll_transmit) has given and that was not sent, as the station went bus off.
+    fn take_back(&mut self, _frame: Frame) {}
 
     /// The frame to send, if there is one at `now`.
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame>;

@@ -4,7 +4,7 @@ use core::time::Duration;
 
 use heapless::Deque;
 
-use super::Node;
+use super::{Node, Service};
 use crate::can_bus::can::Frame;
 use crate::can_bus::canopen::cob_id::CobId;
 use crate::can_bus::canopen::emcy::{COMMUNICATION, Emergency};
@@ -151,6 +151,24 @@ impl Node {
         while self.errors.due().is_some_and(|due| due <= now) {
             let Some(message) = self.errors.waiting.pop_front() else { return };
             self.send_emcy(now, message);
+        }
+    }
+
+    /// The bus was off and is back: of what waits only emergencies are not old.
+    pub(crate) fn bus_is_back(&mut self) {
+        for _ in 0..self.frames.len() {
+            if let Some(frame) = self.frames.pop_front()
+                && self.service_of(&frame) == Some(Service::Emcy)
+            {
+                let _ = self.frames.push_back(frame);
+            }
+        }
+    }
+
+    /// A frame could not be sent, as the bus is off. An emergency goes out when the bus is back.
+    pub(crate) fn take_back(&mut self, frame: Frame) {
+        if self.service_of(&frame) == Some(Service::Emcy) {
+            let _ = self.frames.push_front(frame);
         }
     }
 

@@ -83,8 +83,7 @@ impl CanopenDevice for Ag03Node {
         self.advance(now);
         let was_off = self.part.set_error_state(state);
         if was_off {
-            // What it wanted to say while the bus was off is old.
-            while self.node.poll_transmit().is_some() {}
+            self.node.bus_is_back();
         }
         self.node.handle_change(now, &mut self.part);
         self.finish(now);

@@ -167,7 +167,9 @@ impl<E: 'static> Occupant<E> {
         self.recovers = None;
         if state == ErrorState::BusOff {
             self.recovers = Some(recovers);
-            self.mailbox = None;
+            if let Some(frame) = self.mailbox.take() {
+                self.give_back(frame);
+            }
             if let Station::Port { outbox, .. } = &mut self.station {
                 outbox.clear();
             }
@@ -205,6 +207,14 @@ impl<E: 'static> Occupant<E> {
     pub(super) fn put_back(&mut self, frame: Frame) {
         if self.is_on_bus() {
             self.mailbox = Some(frame);
+        } else {
+            self.give_back(frame);
+        }
+    }
+
+    fn give_back(&mut self, frame: Frame) {
+        if let Station::Participant(participant) = &mut self.station {
+            participant.take_back(frame);
         }
     }
 
