@@ -46,6 +46,16 @@ pub trait Application {
         source: Source,
     ) -> Result<Written, Abort>;
 
+    /// Writes a part of a value of an entry whose values may have more than 256 octets; the value acts with its last part.
+    /// Shorter values come so, too, where a client sends them in segments.
+    ///
+    /// # Errors
+    /// The abort code to answer with; the value is as before then.
+    fn write_part(&mut self, now: Instant, at: Address, part: Part<'_>) -> Result<Written, Abort> {
+        let _ = (now, at, part);
+        Err(Abort::MEMORY)
+    }
+
     /// The rule that `value` breaks, for people: asked when [`write`](Self::write), [`store`](Self::store) or
     /// [`load_defaults`](Self::load_defaults) has refused it.
     fn rule(&self, at: Address, value: Value<'_>) -> Option<Rule> {
@@ -117,6 +127,17 @@ pub trait Application {
     fn recall_beside(&mut self, octets: &[u8]) {
         let _ = octets;
     }
+}
+
+/// A part of a long value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part<'a> {
+    /// Where it begins; 0 begins a new value.
+    pub offset: usize,
+    /// Its octets.
+    pub octets: &'a [u8],
+    /// The value ends with it.
+    pub last: bool,
 }
 
 /// How a write came.

@@ -50,7 +50,7 @@ pub mod value;
 
 pub use abort::Abort;
 pub use address::{Address, Index, NodeId, NodeIdError, Sub};
-pub use application::{Application, NmtCause, Notice, Request, Source, Written};
+pub use application::{Application, NmtCause, Notice, Part, Request, Source, Written};
 pub use dictionary::{Entry, Home, Object};
 pub use emcy::Emergency;
 pub use event::Event;

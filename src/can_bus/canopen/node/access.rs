@@ -8,7 +8,7 @@
 use super::Node;
 use crate::can_bus::canopen::abort::Abort;
 use crate::can_bus::canopen::address::Address;
-use crate::can_bus::canopen::application::{Application, Source, Written};
+use crate::can_bus::canopen::application::{Application, Part, Source, Written};
 use crate::can_bus::canopen::dictionary::{self, Entry, Home, Limits, Place, Writable};
 use crate::can_bus::canopen::event::Event;
 use crate::can_bus::canopen::nmt::NmtState;
@@ -103,6 +103,28 @@ impl Node {
     ) -> Result<Written, Broken> {
         let before = self.generation();
         let written = self.write_unanswered(now, at, octets, source, app)?;
+        Ok(self.hold(before, written))
+    }
+
+    /// Writes a part of a long value as a client does.
+    pub(super) fn write_part(
+        &mut self,
+        now: Instant,
+        at: Address,
+        part: Part<'_>,
+        app: &mut dyn Application,
+    ) -> Result<Written, Broken> {
+        let before = self.generation();
+        let entry = self.entry(at)?;
+        if part.last {
+            self.judge_state(entry)?;
+        }
+        let written = app.write_part(now, at, part)?;
+        if !part.last {
+            return Ok(written);
+        }
+        self.note_written(entry.stored);
+        self.tell(Event::Written { at });
         Ok(self.hold(before, written))
     }
 

@@ -4,8 +4,9 @@ use super::Node;
 use crate::can_bus::can::Frame;
 use crate::can_bus::canopen::abort::Abort;
 use crate::can_bus::canopen::address::Address;
-use crate::can_bus::canopen::application::{Application, Source, Written};
+use crate::can_bus::canopen::application::{Application, Part, Source, Written};
 use crate::can_bus::canopen::cob_id;
+use crate::can_bus::canopen::dictionary::Home;
 use crate::can_bus::canopen::event::Event;
 use crate::can_bus::canopen::refusal::{Broken, Refusal};
 use crate::can_bus::canopen::sdo::{FRAME_LEN, MAX_VALUE_LEN, Response, SdoRequest};
@@ -15,7 +16,7 @@ use crate::time::Instant;
 #[derive(Clone, Debug)]
 pub(super) struct Server {
     transfer: Transfer,
-    /// The value on its way in or out.
+    /// The value on its way in or out, if it has room.
     octets: [u8; MAX_VALUE_LEN],
 }
 
@@ -49,7 +50,7 @@ impl Node {
         let response = match SdoRequest::decode(octets) {
             SdoRequest::Expedited { at, octets, len } => self.expedited(now, at, &octets, len, app),
             SdoRequest::Upload { at } => Some(self.upload(at, app)),
-            SdoRequest::UploadSegment { toggle } => Some(self.upload_segment(toggle)),
+            SdoRequest::UploadSegment { toggle } => Some(self.upload_segment(toggle, app)),
             SdoRequest::Download { at, len } => Some(self.download(at, len)),
             SdoRequest::DownloadSegment { toggle, octets, len, last } => {
                 let octets = octets.get(..usize::from(len)).unwrap_or_default();
@@ -108,7 +109,19 @@ impl Node {
         segment: Option<bool>,
         app: &mut dyn Application,
     ) -> Option<Response> {
-        match self.write(now, at, octets, Source::Sdo, app) {
+        let outcome = self.write(now, at, octets, Source::Sdo, app);
+        self.answer(at, octets, segment, outcome, app)
+    }
+
+    fn answer(
+        &mut self,
+        at: Address,
+        octets: &[u8],
+        segment: Option<bool>,
+        outcome: Result<Written, Broken>,
+        app: &dyn Application,
+    ) -> Option<Response> {
+        match outcome {
             Ok(Written::Done) => Some(done(at, segment)),
             Ok(Written::Held) => {
                 self.sdo.transfer = Transfer::Held { at, segment };
@@ -147,7 +160,9 @@ impl Node {
     fn begin_upload(&mut self, at: Address, app: &dyn Application) -> Response {
         let mut kept = [0; MAX_VALUE_LEN];
         let outcome = self.read_with(at, app, |value| {
-            kept.get_mut(..value.len()).ok_or(Abort::MEMORY)?.copy_from_slice(value);
+            if let Some(room) = kept.get_mut(..value.len()) {
+                room.copy_from_slice(value);
+            }
             Ok(value.len())
         });
         match outcome {
@@ -160,7 +175,7 @@ impl Node {
         }
     }
 
-    fn upload_segment(&mut self, toggle: bool) -> Response {
+    fn upload_segment(&mut self, toggle: bool, app: &dyn Application) -> Response {
         let Transfer::Upload { at, len, sent, toggle: expected } = self.sdo.transfer else {
             return self.no_transfer();
         };
@@ -168,12 +183,25 @@ impl Node {
             self.sdo.end();
             return self.refuse(at, Abort::TOGGLE);
         }
-        let rest = self.sdo.octets.get(sent..len).unwrap_or_default();
         let mut octets = [0; 7];
         let mut count = 0;
-        for (place, octet) in octets.iter_mut().zip(rest) {
-            *place = *octet;
-            count += 1;
+        let mut take = |value: &[u8]| {
+            for (place, octet) in octets.iter_mut().zip(value.get(sent..len).unwrap_or_default()) {
+                *place = *octet;
+                count += 1;
+            }
+        };
+        if len <= MAX_VALUE_LEN {
+            take(&self.sdo.octets);
+        } else {
+            let read = self.read_with(at, app, |value| {
+                take(value);
+                if value.len() == len { Ok(()) } else { Err(Abort::TRANSFER) }
+            });
+            if let Err(code) = read {
+                self.sdo.end();
+                return self.refuse(at, code);
+            }
         }
         let sent = sent + usize::from(count);
         let last = sent >= len;
@@ -214,7 +242,10 @@ impl Node {
         if let Some(len) = announced {
             self.judge_length(entry, len)?;
         }
-        if most > MAX_VALUE_LEN { Err(Abort::MEMORY.into()) } else { Ok(most) }
+        if most > MAX_VALUE_LEN && entry.home != Home::Application {
+            return Err(Abort::MEMORY.into());
+        }
+        Ok(most)
     }
 
     fn download_segment(
@@ -233,15 +264,28 @@ impl Node {
             return Some(self.refuse(at, Abort::TOGGLE));
         }
         let end = came + octets.len();
-        let room = if end > announced.unwrap_or(most) { None } else { self.sdo.octets.get_mut(came..end) };
-        let Some(room) = room else { return Some(self.refuse(at, self.policy.too_long())) };
+        if end > announced.unwrap_or(most) {
+            return Some(self.refuse(at, self.policy.too_long()));
+        }
+        if last && announced.is_some_and(|announced| announced != end) {
+            return Some(self.refuse(at, self.policy.too_short()));
+        }
+        let next = Transfer::Download { at, announced, most, came: end, toggle: !toggle };
+        if most > MAX_VALUE_LEN {
+            let outcome = self.write_part(now, at, Part { offset: came, octets, last }, app);
+            if outcome.is_ok() && !last {
+                self.sdo.transfer = next;
+                return Some(Response::SegmentTaken { toggle });
+            }
+            return self.answer(at, octets, Some(toggle), outcome, app);
+        }
+        let Some(room) = self.sdo.octets.get_mut(came..end) else {
+            return Some(self.refuse(at, self.policy.too_long()));
+        };
         room.copy_from_slice(octets);
         if !last {
-            self.sdo.transfer = Transfer::Download { at, announced, most, came: end, toggle: !toggle };
+            self.sdo.transfer = next;
             return Some(Response::SegmentTaken { toggle });
-        }
-        if announced.is_some_and(|announced| announced != end) {
-            return Some(self.refuse(at, self.policy.too_short()));
         }
         let value = self.sdo.octets;
         let value = value.get(..end).unwrap_or_default();

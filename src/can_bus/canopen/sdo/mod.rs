@@ -27,7 +27,7 @@ use super::address::Address;
 /// Octets of every SDO frame.
 pub(crate) const FRAME_LEN: usize = 8;
 
-/// The most octets of one value.
+/// The most octets of a value that a node holds itself; longer ones go between client and device part by part.
 pub(crate) const MAX_VALUE_LEN: usize = 256;
 
 /// What a client wants.
