@@ -5,6 +5,7 @@
 //! | [`ag03`] | the positioning drives SIKO AG03 and AG03/1 |
 //! | [`ap10`] | the position indicator SIKO AP10 |
 //! | [`asda_a2`] | the servo Delta ASDA-A2 |
+//! | `from_eds` | any node on CANopen that an EDS or a DCF describes |
 //! | [`ppo_drive`] | any drive with variable speed of PROFIDRIVE version 2 |
 //! | `node` | [`CanopenDevice`]: what a host asks of any device on CANopen |
 //! | `plain_node` | [`PlainNode`]: any device on CANopen that has no clock of its own |
@@ -18,6 +19,8 @@ pub mod ag03;
 pub mod ap10;
 pub mod asda_a2;
 mod drive_state;
+#[cfg(feature = "std")]
+pub mod from_eds;
 mod node;
 mod plain_node;
 mod plain_station;

@@ -9,6 +9,7 @@
 //! | `object.rs` | objects and their entries |
 //! | `info.rs` | what the file says of itself, of the device and of its commissioning |
 //! | `reader.rs`, `reader/` | sections to an [`Eds`] |
+//! | `mandatory.rs` | what every node has, whatever its file forgets |
 //! | `check.rs` | what contradicts something else in the file |
 //! | `profile.rs` | what kind of device it is |
 //! | `error.rs` | what makes a file useless |
@@ -33,6 +34,7 @@ mod content;
 mod error;
 mod info;
 mod lines;
+mod mandatory;
 mod number;
 mod object;
 mod profile;

@@ -23,9 +23,29 @@ pub fn gsd_of_file(file: &Path) -> Result<Gsd, String> {
 /// # Errors
 /// What is wrong with it, with its name.
 pub fn eds_of_file(file: &Path) -> Result<Eds, String> {
+    let octets = eds_octets_of_file(file)?;
+    Eds::read(&octets).map_err(|error| format!("{}: {error}", file.display()))
+}
+
+/// The most octets of a domain.
+const MOST_DOMAIN: usize = 1 << 20;
+
+/// The octets of an EDS or a DCF.
+///
+/// # Errors
+/// As of [`eds_of_file`].
+pub(super) fn eds_octets_of_file(file: &Path) -> Result<Vec<u8>, String> {
     let octets = octets(file, eds::MAX_FILE_LEN)?;
-    let read = octets.map_err(|got| eds::ReadError::TooLong { got }).and_then(|octets| Eds::read(&octets));
-    read.map_err(|error| format!("{}: {error}", file.display()))
+    octets.map_err(|got| format!("{}: {}", file.display(), eds::ReadError::TooLong { got }))
+}
+
+/// The contents of a domain.
+///
+/// # Errors
+/// What is wrong with the file, with its name.
+pub(super) fn domain_of_file(file: &Path) -> Result<Vec<u8>, String> {
+    let octets = octets(file, MOST_DOMAIN)?;
+    octets.map_err(|got| format!("{} has {got} octets, expected at most {MOST_DOMAIN}", file.display()))
 }
 
 /// The octets of a file, or how many it has if they are more than `most`: a terminal or a device may have no end.

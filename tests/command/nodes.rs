@@ -113,6 +113,8 @@ fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
         ),
         (&[], "name CANopen nodes"),
         (&["--node", "5,device=ap10", "--link", "slcan-tcp"], "--link"),
+        (&["--node", "5,device=ap10,eds=x.eds"], "eds is for the device eds-node only, not for ap10"),
+        (&["--node", "5,device=eds-node"], "no file is named; expected ID"),
         (
             &["--node", "5,device=ap10", "--fault", "no-reply"],
             "'no-reply' is no fault of a node; expected boot-up-missing",
@@ -391,5 +393,53 @@ fn a_file_of_a_node_is_explained_checked_and_given_as_json() {
         let stderr = String::from_utf8(refused.stderr).unwrap();
         assert!(stderr.contains(says) && stderr.lines().count() == 1, "{stderr}");
         assert_eq!((refused.status.code(), &refused.stdout[..]), (Some(2), &b""[..]), "{arguments:?}");
+    }
+}
+
+#[test]
+fn nodes_from_files_answer_as_their_files_say() {
+    let files = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/eds");
+    let (pump, servo) = (files.join("pump.eds"), files.join("servo.dcf"));
+    let state = tempfile::tempdir().unwrap();
+    let (pump_node, servo_node) = (format!("5,eds={}", pump.display()), format!("6,eds={}", servo.display()));
+    let arguments = [
+        &["--node", &pump_node, "--node", &servo_node, "--link", "slcan-tcp:127.0.0.1:0"][..],
+        &["--state-dir", state.path().to_str().unwrap()],
+    ]
+    .concat();
+    let emulator = Emulator::start(&arguments);
+    assert!(emulator.ready.contains(" nodes=5,6"), "{}", emulator.ready);
+    let mut master = Master::open(adapter(&emulator));
+    assert_eq!(master.sdo(5, "4018100100000000"), "4318100195010000");
+    assert_eq!(master.sdo(6, "4060600000000000"), "4F60600001000000");
+    assert_eq!(master.sdo(5, "2B00200007000000"), "6000200000000000");
+    assert_eq!(master.sdo(5, "2310100173617665"), "6010100100000000", "it is stored when it is answered");
+    assert_eq!(master.sdo(5, "2B00200008000000"), "6000200000000000");
+    drop(emulator);
+    let emulator = Emulator::start(&arguments);
+    let mut master = Master::open(adapter(&emulator));
+    assert_eq!(master.sdo(5, "4000200000000000"), "4B00200007000000");
+}
+
+#[test]
+fn a_file_that_is_no_eds_ends_with_2_and_its_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, line) = (folder.path().join("no.eds"), folder.path().join("line.toml"));
+    fs::write(&file, "#Profibus_DP\n").unwrap();
+    fs::write(&line, "[[line]]\nlink = 'slcan-tcp:127.0.0.1:0'\n[[line.node]]\nid = 5\neds = 'no.eds'\n")
+        .unwrap();
+    let node = format!("5,eds={}", file.display());
+    for (arguments, says) in [
+        (&["emulate", "--node", &node, "--link", "slcan-tcp:127.0.0.1:0"][..], "no.eds: line 1, column 1: "),
+        (
+            &["emulate", "--node", "5,eds=/nowhere.eds", "--link", "slcan-tcp:127.0.0.1:0"],
+            "cannot read /nowhere.eds: ",
+        ),
+        (&["emulate", "--line", line.to_str().unwrap(), "--check"], "line.toml: line 5, column 7: "),
+    ] {
+        let output = output(arguments);
+        let log = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), output.stdout.is_empty()), (Some(2), true), "{log}");
+        assert!(log.lines().last().unwrap().contains(says), "{log}");
     }
 }

@@ -32,6 +32,8 @@ const TABLE: &[(&str, &[&str])] = &[
     ("devices::ag03::profibus", &["devices", "face", "profibus", "time"]),
     ("devices::ap10::canopen", &["can_bus", "devices", "face", "time"]),
     ("devices::asda_a2::canopen", &["can_bus", "devices", "face", "time"]),
+    // On CANopen only.
+    ("devices::from_eds", &["can_bus", "device_file", "devices", "eds", "face", "image", "time"]),
     ("devices::ppo_drive::profibus", &["devices", "face", "profibus", "time"]),
     // A slave at a UART: a drive, or a station of one's own. And the words of every layer for its log.
     ("embedded", &["can_bus", "devices", "face", "image", "profibus", "time"]),
@@ -96,7 +98,7 @@ fn a_bus_knows_no_device_and_a_device_no_bus() {
     for (module, allowed) in TABLE {
         // What every drive of CiA 402 is, whatever its bus, and the words of the profile.
         let of_profile = |known: &str| matches!(known, "can_bus::cia402" | "profibus::ppo");
-        let on_a_bus = ["::profibus", "::canopen"].iter().any(|bus| module.ends_with(bus));
+        let on_a_bus = ["::profibus", "::canopen", "::from_eds"].iter().any(|bus| module.ends_with(bus));
         for known in *allowed {
             let breach = match module.split("::").next() {
                 Some("profibus" | "can_bus") => known.starts_with("devices") || *known == "face",
@@ -122,7 +124,7 @@ const NAMES_A_DEVICE: &[(&str, &str)] = &[
 
 #[test]
 fn a_face_names_no_kind_of_device_but_where_it_must() {
-    let kinds = ["ag03", "ap10", "asda_a2", "ppo_drive"].map(|kind| format!("devices::{kind}"));
+    let kinds = ["ag03", "ap10", "asda_a2", "from_eds", "ppo_drive"].map(|kind| format!("devices::{kind}"));
     let mut unused: Vec<_> = NAMES_A_DEVICE.iter().map(|(file, _)| *file).collect();
     let mut breaches = Vec::new();
     for file in ["command", "metrics", "panel"].into_iter().flat_map(files_of) {

@@ -69,6 +69,8 @@ mod drive_log;
 mod drive_states;
 #[cfg(feature = "std")]
 mod eds_files;
+#[cfg(feature = "std")]
+mod eds_node;
 mod fuzz_corpus;
 mod generic_slave;
 mod gsd;

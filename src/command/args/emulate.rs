@@ -267,7 +267,7 @@ impl Emulate {
     pub(crate) fn check_quirk(&self, text: &str) -> Result<(), String> {
         let (name, value) = quirk_parts(text)?;
         let mut there: Vec<&'static Device> = if self.nodes.is_empty() {
-            DEVICES.iter().filter(|device| device.product().is_none()).collect()
+            DEVICES.iter().filter(|device| device.group() != Group::Node).collect()
         } else {
             self.nodes.iter().map(|node| node.device).collect()
         };

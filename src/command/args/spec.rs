@@ -90,7 +90,7 @@ impl RangeSpec {
 /// A device on CANopen by its name.
 pub(crate) fn device(name: &str) -> Result<&'static Product, String> {
     Product::named(name).ok_or_else(|| {
-        let names = Group::Node.names();
+        let names: Vec<_> = Device::products().map(|product| product.name).collect();
         let near = nearest(name, names.iter().copied());
         format!("device '{name}' is unknown; {near}expected {}", names.join(" or "))
     })
@@ -104,8 +104,11 @@ pub(crate) fn quirk_parts(spec: &str) -> Result<(&str, &str), String> {
 /// Why no device of those that are `there` has a quirk.
 pub(crate) fn unknown_quirk(there: &[&'static Device], name: &str) -> String {
     let names = |device: &Device| device.quirks().iter().map(|row| row.name).collect::<Vec<_>>();
-    if there.iter().any(|device| device.product().is_some()) {
-        let known = |device: &&Device| format!("{} has {}", device.name(), names(device).join(", "));
+    if there.iter().any(|device| device.group() == Group::Node) {
+        let known = |device: &&Device| match &*names(device) {
+            [] => format!("{} has none", device.name()),
+            names => format!("{} has {}", device.name(), names.join(", ")),
+        };
         let known: Vec<_> = there.iter().map(known).collect();
         return format!("no node has a quirk '{name}'; {}", known.join("; "));
     }
@@ -171,7 +174,7 @@ impl<T: Clone + Send + Sync + 'static> TypedValueParser for Offered<T> {
 
 /// One of the devices on CANopen.
 pub(crate) fn offered_device() -> Offered<&'static Product> {
-    Offered { read: device, offers: || Group::Node.names().into_iter().map(str::to_owned).collect() }
+    Offered { read: device, offers: || Device::products().map(|product| product.name.to_owned()).collect() }
 }
 
 /// Every quirk with every value.

@@ -9,7 +9,7 @@ use crate::can_bus::canopen::node::storage::Eeprom;
 use crate::can_bus::canopen::{Event, NodeId};
 use crate::devices::CanopenEvent;
 use crate::host::can::{
-    self, AdapterNews, BusHint, Line, LinkSpec, News, NodeWatch, Numbers, Seat, StoredNode,
+    self, AdapterNews, BusHint, Line, LinkSpec, News, NodeWatch, Numbers, Product, Seat, StoredNode,
 };
 use crate::host::capture::Capture;
 use crate::host::capture::can::CanInterface;
@@ -38,6 +38,8 @@ pub(super) fn emulate(
     faults: &[Rule],
     start: &Start,
 ) -> Result<(), Failure> {
+    // Read before anything else begins.
+    args.nodes().iter().try_for_each(|spec| product(spec).map(drop))?;
     // Before the link is made, so that no signal ends the process with the link left behind.
     let signals = Signals::register().map_err(|error| Failure::from_error(&error))?;
     start.ends_with(&signals);
@@ -129,6 +131,10 @@ pub(super) fn emulate(
     Ok(())
 }
 
+fn product(spec: &Spec) -> Result<&'static Product, Failure> {
+    spec.product().map_err(|wrong| Failure::Usage(format!("--node {}: {wrong}", spec.node())))
+}
+
 /// Tells everybody who wants to know.
 fn tell(
     news: News<CanopenEvent>,
@@ -205,13 +211,15 @@ impl Nodes {
         spec: &Spec,
         state: Option<&StateDir>,
     ) -> Result<(), Failure> {
-        let Some(product) = spec.device.product() else {
-            return Err(Failure::Usage(format!("{} is no node", spec.device.name())));
-        };
+        let product = product(spec)?;
         let asked = spec.node();
         let name = format!("{} as node {asked}", product.sheet.product_name);
         info!("{name}");
-        let now = line.clock().now();
+        let (now, rate) = (line.clock().now(), line.bus().rate());
+        let mut rates = product.sheet.kilobits.iter().map(|kilo| u32::from(*kilo) * 1000);
+        if !product.sheet.kilobits.is_empty() && !rates.any(|known| known == rate.bits_per_second()) {
+            warn!("{name}: it does not have {rate}; it is at this rate all the same");
+        }
         let mut node = match state {
             Some(state) => state
                 .load_node(product, asked, &spec.choices, now)

@@ -62,6 +62,9 @@ pub(super) fn nodes(place: (usize, &Path), table: &LineTable) -> Result<Vec<Spec
     let all = specs(place, &table.node)?;
     let alone = all.iter().filter(|(_, _, spec)| !spec.choices.flag("twin"));
     distinct(&mut alone.map(|(start, path, spec)| (*start, path, spec)).collect(), "nodes have the number")?;
+    for (_, path, spec) in &all {
+        spec.product().map_err(|wrong| Wrong::of_spec(path, wrong))?;
+    }
     Ok(all.into_iter().map(|(_, _, spec)| spec).collect())
 }
 

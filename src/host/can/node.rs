@@ -18,7 +18,7 @@ use crate::host::state_dir::{Images, Newest, StateDir, StateDirError};
 use crate::time::Instant;
 
 /// Room for the image of any device.
-const LONGEST_IMAGE: usize = 16 * 1024;
+const LONGEST_IMAGE: usize = u16::MAX as usize;
 
 /// A device on a [`Bus`](super::Bus) whose EEPROM may be kept in a [`StateDir`].
 ///
@@ -173,9 +173,9 @@ impl StateDir {
         choices: &Choices,
         now: Instant,
     ) -> Result<StoredNode, StateDirError> {
-        let name = format!("{}-node-{:03}", product.name, node.number());
-        let (file, newest) = self.file::<Kept>(&name, LONGEST_IMAGE)?;
         let mut device = product.make(node, choices, Eeprom::Host, now);
+        let name = format!("{}-node-{:03}", device.application().product(), node.number());
+        let (file, newest) = self.file::<Kept>(&name, LONGEST_IMAGE)?;
         let mut recalled = None;
         match newest {
             Some(Newest { octets, safe }) => {

@@ -21,10 +21,13 @@ pub struct Product {
     pub vocabulary: &'static Vocabulary,
     /// What can be chosen about it.
     pub choices: &'static [Choice],
-    pub(in crate::host) objects: fn(&Choices) -> &'static [Object],
+    pub(in crate::host) objects: &'static (dyn Fn(&Choices) -> &'static [Object] + Sync),
     pub(in crate::host) quirks: fn() -> Vec<QuirkRow>,
-    pub(in crate::host) make: fn(NodeId, &Choices, Eeprom, Instant) -> Box<dyn CanopenDevice>,
+    pub(in crate::host) make: &'static Make,
 }
+
+/// Makes a device without supply, with factory settings.
+pub(in crate::host) type Make = dyn Fn(NodeId, &Choices, Eeprom, Instant) -> Box<dyn CanopenDevice> + Sync;
 
 impl Product {
     /// The device of that name.

@@ -52,8 +52,8 @@ impl Choice {
         self.key == key || self.also == Some(key)
     }
 
-    /// As in `[,gear=24|48]`; nothing for what has no form in one line.
-    pub(super) fn form(&self) -> String {
+    /// As in `[,gear=24|48]`, without brackets if it is required; nothing for what has no form in one line.
+    pub(super) fn form(&self, required: bool) -> String {
         let key = self.key;
         let form = match self.takes {
             Takes::OneOf(known, _) => format!(",{key}={}", known.join("|")),
@@ -66,7 +66,7 @@ impl Choice {
             Takes::Flag => format!(",{key}"),
             Takes::Names | Takes::Quirks | Takes::Values => return String::new(),
         };
-        if self.required { form } else { format!("[{form}]") }
+        if required { form } else { format!("[{form}]") }
     }
 
     /// Takes what was given, if it is one of those that can be. Paths begin in `folder`.

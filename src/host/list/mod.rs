@@ -6,6 +6,7 @@
 //! | `choice` | what can be chosen about a device, and what was chosen |
 //! | `given` | what was written, in whichever form |
 //! | `spec` | [`Spec`]: one specification for `a,k=v`, TOML and JSON |
+//! | `node_files` | nodes that a file describes |
 //! | `slaves` | how the devices on PROFIBUS are made |
 //! | `named` | parameters by number or name |
 //!
@@ -14,6 +15,7 @@
 mod choice;
 mod given;
 pub mod named;
+mod node_files;
 #[cfg(all(test, feature = "cli"))]
 mod schema;
 mod slaves;
@@ -23,6 +25,7 @@ use core::fmt;
 
 pub use choice::{Choice, Choices, QuirkRow, Takes};
 pub use given::Given;
+pub use node_files::NodeFile;
 pub use slaves::{Ground, MakeError, Prepared, Slave, ppo, table_of_file};
 pub use spec::{Group, Spec, Wrong};
 
@@ -105,9 +108,9 @@ pub static DEVICES: &[Device] = &[
         sheet: ag03::canopen::objects::SHEET,
         vocabulary: &ag03::canopen::VOCABULARY,
         choices: &[GEAR, TWIN, QUIRKS],
-        objects: |choices| ag03::canopen::objects::objects(slaves::gear(choices)),
+        objects: &|choices| ag03::canopen::objects::objects(slaves::gear(choices)),
         quirks: || rows(ag03::canopen::QUIRKS),
-        make: |node, choices, memory, now| {
+        make: &|node, choices, memory, now| {
             let gear = slaves::gear(choices);
             let mut config =
                 ag03::canopen::Config { gear, eeprom: memory, ..ag03::canopen::Config::new(node) };
@@ -120,9 +123,9 @@ pub static DEVICES: &[Device] = &[
         sheet: ap10::canopen::EDS,
         vocabulary: &ap10::canopen::VOCABULARY,
         choices: &[TWIN, QUIRKS],
-        objects: |_| ap10::canopen::OBJECTS,
+        objects: &|_| ap10::canopen::OBJECTS,
         quirks: || rows(ap10::canopen::QUIRKS),
-        make: |node, choices, memory, _| {
+        make: &|node, choices, memory, _| {
             let mut config = ap10::canopen::Config { memory, ..ap10::canopen::Config::new(node) };
             choices.apply(ap10::canopen::QUIRKS, &mut config.quirks);
             Box::new(Ap10::new(config))
@@ -141,9 +144,9 @@ pub static DEVICES: &[Device] = &[
             TWIN,
             QUIRKS,
         ],
-        objects: |choices| AsdaA2::objects(level(choices)),
+        objects: &|choices| AsdaA2::objects(level(choices)),
         quirks: || rows(asda_a2::canopen::QUIRKS),
-        make: |node, choices, memory, now| {
+        make: &|node, choices, memory, now| {
             let mut quirks = asda_a2::canopen::Quirks::default();
             choices.apply(asda_a2::canopen::QUIRKS, &mut quirks);
             let config = asda_a2::canopen::Config {
@@ -152,6 +155,13 @@ pub static DEVICES: &[Device] = &[
             };
             Box::new(AsdaA2::new(config, quirks, now).with_memory(memory))
         },
+    }),
+    Device::NodeFile(NodeFile {
+        name: "eds-node",
+        choices: &[
+            Choice { required: true, ..Choice::of("eds", Takes::File(&[]), "The EDS or DCF of the node.") },
+            TWIN,
+        ],
     }),
 ];
 
@@ -194,6 +204,8 @@ pub enum Device {
     Slave(Slave),
     /// On CANopen.
     Node(Product),
+    /// On CANopen, whatever its file describes.
+    NodeFile(NodeFile),
 }
 
 impl Device {
@@ -202,6 +214,7 @@ impl Device {
         match self {
             Self::Slave(slave) => slave.name,
             Self::Node(product) => product.name,
+            Self::NodeFile(file) => file.name,
         }
     }
 
@@ -209,7 +222,7 @@ impl Device {
     pub(crate) const fn group(&self) -> Group {
         match self {
             Self::Slave(slave) => slave.group,
-            Self::Node(_) => Group::Node,
+            Self::Node(_) | Self::NodeFile(_) => Group::Node,
         }
     }
 
@@ -218,6 +231,7 @@ impl Device {
         match self {
             Self::Slave(slave) => slave.choices,
             Self::Node(product) => product.choices,
+            Self::NodeFile(file) => file.choices,
         }
     }
 
@@ -226,18 +240,19 @@ impl Device {
         match self {
             Self::Slave(slave) => (slave.quirks)(),
             Self::Node(product) => product.quirks(),
+            Self::NodeFile(_) => Vec::new(),
         }
     }
 
-    /// The device on CANopen.
+    /// The device on CANopen, if it needs no file.
     pub(crate) const fn product(&self) -> Option<&Product> {
         match self {
-            Self::Slave(_) => None,
+            Self::Slave(_) | Self::NodeFile(_) => None,
             Self::Node(product) => Some(product),
         }
     }
 
-    /// Every device on CANopen.
+    /// Every device on CANopen that needs no file.
     pub fn products() -> impl Iterator<Item = &'static Product> {
         DEVICES.iter().filter_map(Self::product)
     }

@@ -24,7 +24,7 @@ impl Group {
         let mut required = std::vec![self.place_key()];
         for choice in self.choices() {
             properties.insert(choice.key.to_owned(), choice.schema());
-            if choice.required {
+            if self.requires(choice) {
                 required.push(choice.key);
             }
         }

@@ -7,6 +7,7 @@ use thiserror::Error;
 use super::choice::{near, one_of, quirk_refusal};
 use super::{Choice, Choices, DEVICES, Device, Given, Prepared, Takes};
 use crate::can_bus::canopen::NodeId;
+use crate::host::can::Product;
 use crate::profibus::fdl::Address;
 
 /// By which option, table or route devices are given.
@@ -81,8 +82,15 @@ impl Group {
             [_] | [] => String::new(),
             several => format!("[,{}={}]", self.device_key(), several.join("|")),
         };
-        let choices: String = self.choices().into_iter().map(Choice::form).collect();
+        let choices: String =
+            self.choices().into_iter().map(|choice| choice.form(self.requires(choice))).collect();
         format!("{place}{device}{choices}")
+    }
+
+    /// Whether none of its devices can be without it.
+    pub(super) fn requires(self, choice: &Choice) -> bool {
+        let mut devices = self.devices();
+        devices.all(|device| device.choices().iter().any(|own| own.key == choice.key && own.required))
     }
 
     /// What its place is called, and in a form.
@@ -218,7 +226,21 @@ impl Spec {
     pub(crate) fn prepare(&self) -> Result<Prepared, Wrong> {
         match self.device {
             Device::Slave(slave) => (slave.prepare)(self),
-            Device::Node(product) => Err(Wrong::whole(format!("{} is on CANopen", product.name))),
+            Device::Node(_) | Device::NodeFile(_) => {
+                Err(Wrong::whole(format!("{} is on CANopen", self.device.name())))
+            }
+        }
+    }
+
+    /// The device on CANopen; reads the file that it names.
+    ///
+    /// # Errors
+    /// [`Wrong`] says which key.
+    pub(crate) fn product(&self) -> Result<&'static Product, Wrong> {
+        match self.device {
+            Device::Node(product) => Ok(product),
+            Device::NodeFile(file) => file.product(&self.choices),
+            Device::Slave(slave) => Err(Wrong::whole(format!("{} is on PROFIBUS", slave.name))),
         }
     }
 
@@ -264,7 +286,12 @@ impl Spec {
         let named = given.iter().find(|(known, _)| known == key);
         let device = match named {
             Some((_, name)) => group.device(&name.to_string()),
-            None => group.devices().next().ok_or_else(|| "there are no devices".to_owned()),
+            None => {
+                // What only one device cannot be without names it.
+                let names = |choice: &Choice| choice.required && given.iter().any(|(key, _)| choice.is(key));
+                let named = group.devices().find(|device| device.choices().iter().any(names));
+                named.or_else(|| group.devices().next()).ok_or_else(|| "there are no devices".to_owned())
+            }
         };
         device.map_err(|words| Wrong::at(key, words))
     }
@@ -384,6 +411,7 @@ mod tests {
             (Group::Node, "1,device=ap10,twin", 1, "ap10", "mode", None),
             (Group::Node, "5,mode=half,device=asda-a2", 5, "asda-a2", "mode", Some("half")),
             (Group::PpoDrive, "7,ppo=2,ident=0x80D1,parameters=a.csv", 7, "ppo-drive", "ppo", Some("2")),
+            (Group::Node, "5,twin,eds=pump.eds", 5, "eds-node", "mode", None),
             (Group::Station, "7,strict,gsd=x.gsd", 7, "gsd-station", "gsd", None),
         ] {
             let spec = Spec::parse(group, text).unwrap();
@@ -438,7 +466,7 @@ mod tests {
                 Group::Node,
                 "",
                 "id",
-                "'' is no node number; expected ID[,device=ag03-1|ap10|asda-a2][,gear=24|48][,twin][,mode=full|half]",
+                "'' is no node number; expected ID[,device=ag03-1|ap10|asda-a2|eds-node][,gear=24|48][,twin][,mode=full|half][,eds=FILE]",
             ),
             (Group::Node, "0", "id", "node number 0 is outside 1 to 127"),
             (Group::Node, "128,device=ap10", "id", "node number 128 is outside 1 to 127"),
@@ -468,6 +496,19 @@ mod tests {
                 "5,device=asda-a2,gear=24",
                 "gear",
                 "gear is for the device ag03-1 only, not for asda-a2",
+            ),
+            (
+                Group::Node,
+                "5,device=ap10,eds=x.eds",
+                "eds",
+                "eds is for the device eds-node only, not for ap10",
+            ),
+            (Group::Node, "5,device=eds-node", "", "no file is named; expected ID"),
+            (
+                Group::Node,
+                "5,eds=x.eds,gear=24",
+                "gear",
+                "gear is for the device ag03-1 only, not for eds-node",
             ),
             (Group::PpoDrive, "7,ppo=6", "ppo", "ppo '6' is unknown; expected 1, 2, 3, 4 or 5"),
             (Group::PpoDrive, "7,ident=12345", "ident", "ident '12345' is no ident number"),

@@ -14,7 +14,7 @@ use crate::face::Description;
 use crate::host::StateDir;
 use crate::host::can::{Bus, Product, Seat, StoredNode};
 use crate::host::fault::{BusKind, Rule};
-use crate::host::list::Spec;
+use crate::host::list::{Group, Spec};
 use crate::panel::dictionary;
 use crate::panel::objects::whole;
 use crate::time::{BaudRate, Instant};
@@ -157,12 +157,11 @@ impl OnLine for NodeAccess<'_> {
     }
 
     fn add(&mut self, mut spec: Spec) -> Result<u8, Problem> {
-        let Some(product) = spec.device.product() else {
-            return Err(Problem::value(format!(
-                "{} is on PROFIBUS, this line is a bus of CAN",
-                spec.device.name()
-            )));
-        };
+        if spec.device.group() != Group::Node {
+            let name = spec.device.name();
+            return Err(Problem::value(format!("{name} is on PROFIBUS, this line is a bus of CAN")));
+        }
+        let product = spec.product().map_err(|wrong| Problem::value(wrong.words))?;
         let node = spec.node();
         if !spec.choices.flag("twin") && self.device(node.number()).is_some() {
             return Err(Problem::conflict(format!(

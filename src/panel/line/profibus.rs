@@ -11,7 +11,7 @@ use crate::face::Description;
 use crate::face::description::{Amount, Group, Supply, Value};
 use crate::host::fault::{BusKind, Rule, While};
 use crate::host::link::fault::Faults;
-use crate::host::list::{Ground, MakeError, Spec};
+use crate::host::list::{self, Ground, MakeError, Spec};
 use crate::host::{Appearance, Bus, StateDirError};
 use crate::panel::modules;
 use crate::profibus::dp;
@@ -196,7 +196,7 @@ impl OnLine for BusAccess<'_> {
     }
 
     fn add(&mut self, mut spec: Spec) -> Result<u8, Problem> {
-        if spec.device.product().is_some() {
+        if spec.device.group() == list::Group::Node {
             return Err(Problem::value(format!(
                 "{} is on CANopen, this line is PROFIBUS",
                 spec.device.name()

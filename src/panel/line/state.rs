@@ -16,7 +16,7 @@ use super::{Line, Lines, OnLine};
 use crate::can_bus::can::ErrorState;
 use crate::host::can::bus;
 use crate::host::fault::{BusKind, Row};
-use crate::host::list::{DEVICES, Device, Takes};
+use crate::host::list::{DEVICES, Device, Group, Takes};
 use crate::panel::routes::OfLineName;
 use crate::profibus::fdl::{LineCounters, StationCounters};
 
@@ -217,7 +217,7 @@ impl FaultKind {
 impl DeviceChoice {
     /// What needs no file, on this bus.
     fn of(bus: BusKind) -> Vec<Self> {
-        let is_here = |device: &&Device| device.product().is_some() == (bus == BusKind::Can);
+        let is_here = |device: &&Device| (device.group() == Group::Node) == (bus == BusKind::Can);
         let needs_none = |device: &&Device| {
             device.choices().iter().all(|choice| !(choice.required && matches!(choice.takes, Takes::File(_))))
         };

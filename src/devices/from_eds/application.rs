@@ -1,0 +1,102 @@
+//! What is read and written behind the node.
+
+use super::FromEds;
+use super::dictionary::{FIRST_OWN, Row};
+use crate::can_bus::canopen::address::Sub;
+use crate::can_bus::canopen::dictionary::Object;
+use crate::can_bus::canopen::{
+    Abort, Address, Application, NodeId, Notice, Part, Reset, Source, Value, Written,
+};
+use crate::time::Instant;
+
+impl FromEds {
+    fn row(&self, at: Address) -> Result<(usize, &'static Row), Abort> {
+        let dictionary = self.dictionary;
+        let place = dictionary.place(at).ok_or(Abort::INTERNAL)?;
+        Ok((place, dictionary.rows.get(place).ok_or(Abort::INTERNAL)?))
+    }
+}
+
+impl Application for FromEds {
+    fn objects(&self) -> &'static [Object] {
+        self.dictionary.objects
+    }
+
+    fn node_id(&self) -> NodeId {
+        self.node
+    }
+
+    fn read(&self, at: Address) -> Result<Value<'_>, Abort> {
+        let (place, row) = self.row(at)?;
+        self.memory.read(place, row).ok_or(Abort::INTERNAL)
+    }
+
+    fn write(&mut self, _: Instant, at: Address, value: Value<'_>, source: Source) -> Result<Written, Abort> {
+        let (place, row) = self.row(at)?;
+        row.judge(value, self.node)?;
+        value.with_octets(|octets| match source {
+            Source::Image => {
+                self.memory.keep(place, octets);
+                Ok(())
+            }
+            Source::Sdo | Source::Rpdo(_) => self.memory.set(place, row, octets),
+        })?;
+        Ok(Written::Done)
+    }
+
+    fn write_part(
+        &mut self,
+        _: Instant,
+        at: Address,
+        Part { offset, octets, last }: Part<'_>,
+    ) -> Result<Written, Abort> {
+        let (place, row) = self.row(at)?;
+        if let Some(whole) = self.memory.take_part(offset, octets, last)? {
+            self.memory.set(place, row, &whole)?;
+        }
+        Ok(Written::Done)
+    }
+
+    fn notice(&mut self, _: Instant, notice: Notice) {
+        match notice {
+            // What is set from outside stays as it is.
+            Notice::Reset(Reset::PowerOn | Reset::Node) => {
+                self.memory.restore(self.dictionary, |row| row.input.is_none());
+            }
+            Notice::Reset(Reset::Communication) => {
+                self.memory.restore(self.dictionary, |row| row.at.index.0 < FIRST_OWN);
+            }
+            Notice::Nmt { .. }
+            | Notice::Sync
+            | Notice::RpdoTaken(_)
+            | Notice::RpdoRefused { .. }
+            | Notice::RpdoLength { .. }
+            | Notice::LifeGuardingExpired(_)
+            | Notice::LifeGuardingBack
+            | Notice::HeartbeatLost(_)
+            | Notice::HeartbeatBack(_)
+            | Notice::HistoryCleared
+            | Notice::NotStored => {}
+        }
+    }
+
+    fn store(&mut self, _: Instant, group: Sub) -> Result<Written, Abort> {
+        self.memory.store(self.dictionary, group)?;
+        Ok(Written::Done)
+    }
+
+    fn load_defaults(&mut self, _: Instant, group: Sub) -> Result<Written, Abort> {
+        self.memory.forget(self.dictionary, group);
+        Ok(Written::Done)
+    }
+
+    fn product(&self) -> &str {
+        &self.dictionary.product
+    }
+
+    fn kept(&self, at: Address) -> Result<Value<'_>, Abort> {
+        let (place, row) = self.row(at)?;
+        // What is not kept is the default of the file, also of the next one.
+        self.memory.kept(place, row).filter(|_| row.is_stored()).ok_or(Abort::NO_DATA)
+    }
+}

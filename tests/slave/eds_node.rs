@@ -1,0 +1,540 @@
+//! A node that a file describes, as a master sees it (`eds.md` 6, E-03 to E-51).
+
+use std::fs;
+use std::path::Path;
+use std::time::Duration;
+
+use profidrive::can_bus::can::{Frame, Id};
+use profidrive::can_bus::canopen::node::storage::Eeprom;
+use profidrive::can_bus::canopen::{Home, NodeId};
+use profidrive::devices::from_eds::{Dictionary, FromEds};
+use profidrive::devices::{CanopenDevice, PlainNode};
+use profidrive::eds::{Eds, Rights};
+use profidrive::face::surroundings::Level;
+use profidrive::time::Instant;
+use proptest::prelude::*;
+
+const NODE: u8 = 5;
+
+struct Rig {
+    now: Instant,
+    device: PlainNode<FromEds>,
+}
+
+impl Rig {
+    fn of(dictionary: &'static Dictionary) -> Self {
+        let node = NodeId::new(NODE).unwrap();
+        let device = FromEds::on_node(dictionary, node, Eeprom::Internal);
+        let mut rig = Self { now: Instant::from_millis(1), device };
+        rig.device.power_on(rig.now);
+        assert_eq!(rig.drain(), ["705#00"]);
+        rig
+    }
+
+    fn text(text: &str) -> Self {
+        let mut eds = Eds::read(text.as_bytes()).unwrap();
+        eds.complete();
+        Self::of(Dictionary::hold(eds))
+    }
+
+    fn file(name: &str) -> Self {
+        Self::of(held(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/eds").join(name)))
+    }
+
+    fn drain(&mut self) -> Vec<String> {
+        let mut seen = Vec::new();
+        while let Some(frame) = self.device.poll_transmit(self.now) {
+            seen.push(frame.to_string().replace(' ', ""));
+        }
+        while self.device.poll_event().is_some() {}
+        seen
+    }
+
+    fn data(&mut self, id: u16, octets: &[u8]) -> Vec<String> {
+        let frame = Frame::data(Id::base(id).unwrap(), octets).unwrap();
+        self.device.handle_frame(self.now, &frame);
+        self.drain()
+    }
+
+    fn start(&mut self) -> Vec<String> {
+        self.data(0, &[1, NODE])
+    }
+
+    fn sync(&mut self) -> Vec<String> {
+        self.data(0x80, &[])
+    }
+
+    /// One request and its answer.
+    fn sdo(&mut self, request: [u8; 8]) -> [u8; 8] {
+        let id = Id::base(0x600 + u16::from(NODE)).unwrap();
+        self.device.handle_frame(self.now, &Frame::with(id, request));
+        let mut answer = None;
+        while let Some(frame) = self.device.poll_transmit(self.now) {
+            if frame.id().number() == 0x580 + u32::from(NODE) {
+                assert_eq!(answer.replace(frame.octets().try_into().unwrap()), None, "one answer");
+            }
+        }
+        while self.device.poll_event().is_some() {}
+        answer.unwrap_or_else(|| panic!("{request:02X?} is not answered"))
+    }
+
+    /// A value of any length, or the abort code.
+    fn read(&mut self, index: u16, sub: u8) -> Result<Vec<u8>, u32> {
+        let [a, b] = index.to_le_bytes();
+        let [command, _, _, _, data @ ..] = self.sdo([0x40, a, b, sub, 0, 0, 0, 0]);
+        match command {
+            0x80 => return Err(u32::from_le_bytes(data)),
+            0x43 | 0x47 | 0x4B | 0x4F => return Ok(data[..usize::from(4 - (command >> 2 & 3))].to_vec()),
+            _ => assert_eq!(command, 0x41),
+        }
+        let mut value = Vec::new();
+        let mut toggle = 0;
+        loop {
+            let [command, octets @ ..] = self.sdo([0x60 | toggle, 0, 0, 0, 0, 0, 0, 0]);
+            assert_eq!(command & 0xF0, toggle, "a segment with the toggle bit");
+            value.extend_from_slice(&octets[..usize::from(7 - (command >> 1 & 7))]);
+            if command & 1 == 1 {
+                assert_eq!(value.len(), u32::from_le_bytes(data) as usize, "the length that was announced");
+                return Ok(value);
+            }
+            toggle ^= 0x10;
+        }
+    }
+
+    fn write(&mut self, index: u16, sub: u8, value: &[u8]) -> Result<(), u32> {
+        let [a, b] = index.to_le_bytes();
+        let refused = |[command, _, _, _, data @ ..]: [u8; 8]| match command {
+            0x80 => Err(u32::from_le_bytes(data)),
+            _ => Ok(()),
+        };
+        if (1..=4).contains(&value.len()) {
+            let mut data = [0; 4];
+            data[..value.len()].copy_from_slice(value);
+            let [d, e, f, g] = data;
+            let unused = u8::try_from(4 - value.len()).unwrap();
+            return refused(self.sdo([0x23 | unused << 2, a, b, sub, d, e, f, g]));
+        }
+        self.write_in_segments(index, sub, value)
+    }
+
+    fn write_in_segments(&mut self, index: u16, sub: u8, value: &[u8]) -> Result<(), u32> {
+        let [a, b] = index.to_le_bytes();
+        let [d, e, f, g] = u32::try_from(value.len()).unwrap().to_le_bytes();
+        let refused = |[command, _, _, _, data @ ..]: [u8; 8]| match command {
+            0x80 => Err(u32::from_le_bytes(data)),
+            _ => Ok(()),
+        };
+        refused(self.sdo([0x21, a, b, sub, d, e, f, g]))?;
+        let mut toggle = 0;
+        let segments = value.chunks(7).chain(value.is_empty().then_some(&[][..]));
+        let count = value.chunks(7).count().max(1);
+        for (number, segment) in segments.enumerate() {
+            let last = u8::from(number + 1 == count);
+            let mut frame =
+                [toggle | u8::try_from(7 - segment.len()).unwrap() << 1 | last, 0, 0, 0, 0, 0, 0, 0];
+            frame[1..=segment.len()].copy_from_slice(segment);
+            refused(self.sdo(frame))?;
+            toggle ^= 0x10;
+        }
+        Ok(())
+    }
+
+    fn number(&mut self, index: u16, sub: u8) -> u32 {
+        let mut octets = self.read(index, sub).unwrap();
+        octets.resize(4, 0);
+        u32::from_le_bytes(octets.try_into().unwrap())
+    }
+
+    fn set(&mut self, name: &str, level: Level) -> Vec<String> {
+        let now = self.now;
+        self.device.act(now, &mut |device| device.set_input(now, name, level));
+        self.drain()
+    }
+
+    fn pass(&mut self, time: Duration) -> Vec<String> {
+        let end = self.now.saturating_add(time);
+        let mut seen = Vec::new();
+        while let Some(due) = self.device.poll_timeout().filter(|due| *due <= end) {
+            self.now = self.now.max(due);
+            self.device.handle_timeout(self.now);
+            seen.extend(self.drain());
+        }
+        self.now = end;
+        seen
+    }
+
+    /// Off and on again, with what is kept.
+    fn again(mut self) -> Self {
+        let mut image = vec![0; 1 << 16];
+        let (node, app) = self.device.parts();
+        let len = node.image(app, &mut image).unwrap();
+        let dictionary = self.device.application().objects();
+        assert!(!dictionary.is_empty());
+        self.device.power_off(self.now);
+        self.device.recall(self.now, &image[..len]).unwrap();
+        self.device.power_on(self.now);
+        self.drain();
+        self
+    }
+}
+
+fn held(path: &Path) -> &'static Dictionary {
+    let mut eds = Eds::read(&fs::read(path).unwrap()).unwrap();
+    eds.complete();
+    Dictionary::hold(eds)
+}
+
+/// An object with one value.
+fn var(index: u16, data: u16, access: &str, more: &str) -> String {
+    format!("[{index:04X}]\nParameterName=O{index:04X}\nDataType={data}\nAccessType={access}\n{more}\n")
+}
+
+#[test]
+fn eds_09_eds_17_every_type_is_read_and_written_in_its_length() {
+    for (data, default, octets) in [
+        (0x01, "1", vec![1]),
+        (0x02, "-2", vec![0xFE]),
+        (0x03, "-2", vec![0xFE, 0xFF]),
+        (0x04, "-2", vec![0xFE, 0xFF, 0xFF, 0xFF]),
+        (0x05, "200", vec![200]),
+        (0x06, "0x1234", vec![0x34, 0x12]),
+        (0x07, "$NODEID+0x100", vec![5, 1, 0, 0]),
+        (0x08, "1.5", 1.5_f32.to_le_bytes().to_vec()),
+        (0x09, "a text of some length", b"a text of some length".to_vec()),
+        (0x0A, "0102030405", vec![1, 2, 3, 4, 5]),
+        (0x0B, "AB", vec![0x41, 0, 0x42, 0]),
+        (0x0C, "010203040506", vec![1, 2, 3, 4, 5, 6]),
+        (0x0D, "", vec![0; 6]),
+        (0x0F, "", vec![]),
+        (0x10, "-1", vec![0xFF; 3]),
+        (0x11, "-0.25", (-0.25_f64).to_le_bytes().to_vec()),
+        (0x12, "-1", vec![0xFF; 5]),
+        (0x13, "-1", vec![0xFF; 6]),
+        (0x14, "-1", vec![0xFF; 7]),
+        (0x15, "-1", vec![0xFF; 8]),
+        (0x16, "0x010203", vec![3, 2, 1]),
+        (0x18, "1", vec![1, 0, 0, 0, 0]),
+        (0x19, "1", vec![1, 0, 0, 0, 0, 0]),
+        (0x1A, "1", vec![1, 0, 0, 0, 0, 0, 0]),
+        (0x1B, "0xFFFFFFFFFFFFFFFF", vec![0xFF; 8]),
+    ] {
+        let mut rig = Rig::text(&var(0x2000, data, "rw", &format!("DefaultValue={default}")));
+        assert_eq!(rig.read(0x2000, 0), Ok(octets.clone()), "type {data:X}h");
+        let new: Vec<u8> = octets.iter().map(|octet| octet / 2).collect();
+        assert_eq!(rig.write(0x2000, 0, &new), Ok(()), "type {data:X}h");
+        assert_eq!(rig.read(0x2000, 0), Ok(new.clone()), "type {data:X}h");
+        if data == 0x0F {
+            continue;
+        }
+        assert_eq!(rig.write_in_segments(0x2000, 0, &octets), Ok(()), "type {data:X}h");
+        assert_eq!(rig.read(0x2000, 0), Ok(octets.clone()), "type {data:X}h");
+        if !matches!(data, 0x09..=0x0B) {
+            let mut long = octets.clone();
+            long.push(0);
+            assert_eq!(rig.write(0x2000, 0, &long), Err(0x0607_0012), "type {data:X}h");
+            if octets.len() > 1 {
+                assert_eq!(rig.write(0x2000, 0, &octets[1..]), Err(0x0607_0013), "type {data:X}h");
+            }
+            assert_eq!(rig.read(0x2000, 0), Ok(octets), "type {data:X}h");
+        }
+    }
+}
+
+#[test]
+fn eds_11_a_domain_keeps_what_was_written_and_a_string_what_has_room() {
+    let mut rig = Rig::text(&(var(0x2000, 0x0F, "rw", "DefaultValue=0102") + &var(0x2001, 9, "rw", "")));
+    let program: Vec<u8> = (0..100_000_u32).map(|number| number.to_le_bytes()[0]).collect();
+    assert_eq!(rig.read(0x2000, 0), Ok(vec![1, 2]));
+    rig.write(0x2000, 0, &program).unwrap();
+    assert_eq!(rig.read(0x2000, 0), Ok(program));
+    rig.write_in_segments(0x2000, 0, &[]).unwrap();
+    assert_eq!(rig.read(0x2000, 0), Ok(vec![]));
+    rig.write(0x2001, 0, &[b'x'; 255]).unwrap();
+    assert_eq!(rig.read(0x2001, 0), Ok(vec![b'x'; 255]));
+    assert_eq!(rig.write(0x2001, 0, &[b'x'; 1025]), Err(0x0607_0012));
+    assert_eq!(rig.write(0x2000, 0, &vec![0; (1 << 20) + 1]), Err(0x0607_0012));
+    assert_eq!(rig.read(0x2001, 0), Ok(vec![b'x'; 255]), "as before");
+}
+
+#[test]
+fn eds_14_to_16_what_is_not_there_and_what_may_not_be_done() {
+    let text =
+        var(0x2000, 5, "ro", "") + &var(0x2001, 5, "const", "DefaultValue=3") + &var(0x2002, 5, "wo", "");
+    let mut rig = Rig::text(&text);
+    assert_eq!(rig.read(0x2100, 0), Err(0x0602_0000));
+    assert_eq!(rig.read(0x2000, 1), Err(0x0609_0011));
+    assert_eq!(rig.write(0x2000, 0, &[1]), Err(0x0601_0002));
+    assert_eq!(rig.write(0x2001, 0, &[1]), Err(0x0601_0002));
+    assert_eq!(rig.read(0x2001, 0), Ok(vec![3]));
+    assert_eq!(rig.write(0x2002, 0, &[1]), Ok(()));
+    assert_eq!(rig.read(0x2002, 0), Err(0x0601_0001));
+    assert_eq!(rig.sdo([0xE0, 0, 0x20, 0, 0, 0, 0, 0])[4..], 0x0504_0001_u32.to_le_bytes());
+}
+
+#[test]
+fn eds_19_limits_in_every_form_that_files_have() {
+    for (data, limits, good, low, high) in [
+        (5, "LowLimit=2\nHighLimit=9", &[&[2][..], &[9]][..], &[1][..], &[10][..]),
+        (3, "LowLimit=0xFFFE\nHighLimit=", &[&[0xFE, 0xFF], &[0xFF, 0x7F]], &[0xFD, 0xFF], &[]),
+        (
+            7,
+            "LowLimit=$NODEID+0x600\nHighLimit=0x700",
+            &[&[5, 6, 0, 0], &[0, 7, 0, 0]],
+            &[4, 6, 0, 0],
+            &[1, 7, 0, 0],
+        ),
+        (
+            0x1B,
+            "LowLimit=1\nHighLimit=0xFFFFFFFFFFFFFFFE",
+            &[&[1, 0, 0, 0, 0, 0, 0, 0], &[0xFE, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF]],
+            &[0; 8],
+            &[0xFF; 8],
+        ),
+        (
+            8,
+            "LowLimit=-1\nHighLimit=1.5",
+            &[&[0, 0, 0x80, 0xBF], &[0, 0, 0xC0, 0x3F]],
+            &[0, 0, 0, 0xC0],
+            &[0, 0, 0, 0x40],
+        ),
+    ] {
+        let mut rig = Rig::text(&var(0x2000, data, "rw", limits));
+        for value in good {
+            assert_eq!(rig.write(0x2000, 0, value), Ok(()), "{limits}: {value:02X?}");
+        }
+        let last = rig.read(0x2000, 0);
+        assert_eq!(rig.write(0x2000, 0, low), Err(0x0609_0032), "{limits}");
+        if !high.is_empty() {
+            assert_eq!(rig.write(0x2000, 0, high), Err(0x0609_0031), "{limits}");
+        }
+        assert_eq!(rig.read(0x2000, 0), last, "{limits}");
+    }
+}
+
+#[test]
+fn eds_25_the_heartbeat_of_the_file_runs_from_the_start() {
+    let mut rig = Rig::file("pump.eds");
+    assert_eq!(rig.pass(Duration::from_millis(1000)), ["705#7F", "705#7F"]);
+    rig.write(0x1017, 0, &[100, 0]).unwrap();
+    assert_eq!(rig.pass(Duration::from_millis(1000)).len(), 10);
+    rig.write(0x1017, 0, &[0, 0]).unwrap();
+    assert_eq!(rig.pass(Duration::from_secs(10)), [""; 0]);
+}
+
+#[test]
+fn eds_32_eds_38_eds_40_pdos_as_the_file_maps_them() {
+    let mut rig = Rig::file("pump.eds");
+    rig.start();
+    // One octet that nobody takes, then the speed.
+    rig.data(0x205, &[0xEE, 0x34, 0x12]);
+    assert_eq!(rig.read(0x2000, 0), Ok(vec![0x34, 0x12]));
+    assert_eq!(rig.sync(), ["185#0000C03FFEFFFF"], "pressure and position");
+    rig.set("2001h", Level::Number(2.0));
+    assert_eq!(rig.sync(), ["185#00000040FEFFFF"]);
+    assert_eq!(rig.read(0x2001, 0), Ok(2.0_f32.to_le_bytes().to_vec()));
+    assert_eq!(rig.data(0x205, &[0xEE, 1]), ["085#1082110000000000"], "too short");
+    assert_eq!(rig.number(0x2000, 0), 0x1234);
+}
+
+#[test]
+fn eds_41_a_mapping_changes_by_the_rule_only() {
+    let mut rig = Rig::file("pump.eds");
+    let word = |word: u32| word.to_le_bytes();
+    assert_eq!(rig.write(0x1A00, 0, &[0]), Err(0x0800_0022), "the PDO is on");
+    rig.write(0x1800, 1, &word(0xC000_0185)).unwrap();
+    rig.write(0x1A00, 0, &[0]).unwrap();
+    assert_eq!(rig.write(0x1A00, 1, &word(0x2100_0008)), Err(0x0602_0000));
+    assert_eq!(rig.write(0x1A00, 1, &word(0x2003_0040)), Err(0x0604_0041), "PDOMapping is 0");
+    assert_eq!(rig.write(0x1A00, 1, &word(0x2000_0010)), Err(0x0604_0041), "rww is received only");
+    rig.write(0x1A00, 1, &word(0x2002_0018)).unwrap();
+    rig.write(0x1A00, 2, &word(0x2001_0020)).unwrap();
+    rig.write(0x1A00, 0, &[2]).unwrap();
+    rig.write(0x1800, 1, &word(0x4000_0185)).unwrap();
+    rig.start();
+    assert_eq!(rig.sync(), ["185#FEFFFF0000C03F"]);
+}
+
+#[test]
+fn eds_46_to_49_what_is_stored_comes_back_until_it_is_loaded_away() {
+    let mut rig = Rig::file("pump.eds");
+    let (save, load) = (0x6576_6173_u32.to_le_bytes(), 0x6461_6F6C_u32.to_le_bytes());
+    assert_eq!(rig.write(0x1010, 1, &load), Err(0x0800_0020));
+    rig.write(0x2007, 0, b"C\0D\0E\0").unwrap();
+    rig.write(0x2000, 0, &[7, 0]).unwrap();
+    rig.write(0x1017, 0, &[9, 0]).unwrap();
+    rig.write(0x1010, 1, &save).unwrap();
+    rig.write(0x2000, 0, &[8, 0]).unwrap();
+    let mut rig = rig.again();
+    assert_eq!(rig.read(0x2007, 0), Ok(b"C\0D\0E\0".to_vec()));
+    assert_eq!((rig.number(0x2000, 0), rig.number(0x1017, 0)), (7, 9));
+    rig.write(0x1011, 1, &load).unwrap();
+    assert_eq!((rig.number(0x2000, 0), rig.number(0x1017, 0)), (7, 9), "until the next reset");
+    rig.data(0, &[0x81, NODE]);
+    assert_eq!((rig.number(0x2000, 0), rig.number(0x1017, 0)), (0xFF9C, 500));
+    assert_eq!(rig.read(0x2007, 0), Ok(b"A\0B\0".to_vec()));
+}
+
+#[test]
+fn eds_49_the_groups_of_1010h_have_their_own_objects() {
+    let group = |index: u16| {
+        let subs =
+            (1..=4).map(|sub| format!("[{index:04X}sub{sub}]\nDataType=7\nAccessType=rw\nDefaultValue=1\n"));
+        format!(
+            "[{index:04X}]\nObjectType=8\nSubNumber=5\n[{index:04X}sub0]\nDataType=5\nAccessType=ro\nDefaultValue=4\n"
+        ) + &subs.collect::<String>()
+    };
+    let objects = [0x1012, 0x2000, 0x6000].map(|index| var(index, 7, "rw", "DefaultValue=1"));
+    let text = group(0x1010) + &group(0x1011) + &objects.concat();
+    for (sub, kept) in [(1, [2, 2, 2]), (2, [2, 1, 1]), (3, [1, 1, 2]), (4, [1, 2, 1])] {
+        let mut rig = Rig::text(&text);
+        for index in [0x1012, 0x2000, 0x6000] {
+            rig.write(index, 0, &[2, 0, 0, 0]).unwrap();
+        }
+        rig.write(0x1010, sub, b"save").unwrap();
+        let mut rig = rig.again();
+        assert_eq!([0x1012, 0x2000, 0x6000].map(|index| rig.number(index, 0)), kept, "1010h:{sub}");
+        rig.write(0x1011, sub, b"load").unwrap();
+        rig.data(0, &[0x81, NODE]);
+        assert_eq!([0x1012, 0x2000, 0x6000].map(|index| rig.number(index, 0)), [1; 3], "1011h:{sub}");
+    }
+}
+
+#[test]
+fn eds_45_reset_communication_restores_1000h_to_1fffh() {
+    let mut rig =
+        Rig::text(&(var(0x1012, 7, "rw", "DefaultValue=1") + &var(0x2000, 7, "rw", "DefaultValue=1")));
+    for index in [0x1012, 0x2000] {
+        rig.write(index, 0, &[2, 0, 0, 0]).unwrap();
+    }
+    assert_eq!(rig.data(0, &[0x82, NODE]), ["705#00"]);
+    assert_eq!((rig.number(0x1012, 0), rig.number(0x2000, 0)), (1, 2));
+    rig.data(0, &[0x81, NODE]);
+    assert_eq!(rig.number(0x2000, 0), 1);
+}
+
+#[test]
+fn eds_50_without_1010h_nothing_is_kept() {
+    let mut rig = Rig::text(&(var(0x2000, 7, "rw", "DefaultValue=1") + &var(0x1017, 6, "rw", "")));
+    rig.write(0x2000, 0, &[2, 0, 0, 0]).unwrap();
+    rig.write(0x1017, 0, &[2, 0]).unwrap();
+    let mut rig = rig.again();
+    assert_eq!((rig.number(0x2000, 0), rig.number(0x1017, 0)), (1, 0));
+}
+
+/// Each object answers as its file says: its default in the octets of its type, its rights, nothing beside it.
+fn answers_as_its_file(name: &str, dictionary: &'static Dictionary) {
+    let mut rig = Rig::of(dictionary);
+    let node = NodeId::new(NODE).unwrap();
+    let empty = |home: Home| home == Home::Node;
+    for object in dictionary.objects {
+        let file = &dictionary.eds.objects[&object.index.0];
+        assert_eq!(object.entries.len(), file.entries.len(), "{name} {}", object.index);
+        for entry in object.entries {
+            let (said, index, sub) = (&file.entries[&entry.sub.0], object.index.0, entry.sub.0);
+            let place = format!("{name} {index:04X}h:{sub:02X}");
+            let read = rig.read(index, sub);
+            match (said.rights, index) {
+                (Rights::WriteOnly, _) => assert_eq!(read, Err(0x0601_0001), "{place}"),
+                // What the node tells of itself now.
+                (_, 0x1001 | 0x1003 | 0x1010 | 0x1011) if empty(entry.home) => {}
+                _ => assert_eq!(read, Ok(said.octets(node)), "{place}"),
+            }
+            if !said.rights.is_writable() {
+                assert_eq!(rig.write(index, sub, &said.octets(node)), Err(0x0601_0002), "{place}");
+            } else if index >= 0x2000 && said.rights != Rights::WriteOnly {
+                let octets = said.octets(node);
+                match rig.write(index, sub, &octets) {
+                    Ok(()) => assert_eq!(rig.read(index, sub), Ok(octets), "{place}"),
+                    // A default outside of its limits.
+                    Err(code) => assert!(matches!(code, 0x0609_0031 | 0x0609_0032), "{place}: {code:08X}"),
+                }
+            }
+        }
+        let absent = (0..=255).find(|sub| !file.entries.contains_key(sub));
+        if let Some(sub) = absent {
+            assert_eq!(rig.read(object.index.0, sub), Err(0x0609_0011), "{name} {}:{sub}", object.index);
+        }
+        let next = object.index.0.saturating_add(1);
+        if !dictionary.eds.objects.contains_key(&next) {
+            assert_eq!(rig.read(next, 0), Err(0x0602_0000), "{name} {next:04X}h");
+        }
+    }
+    rig.start();
+    rig.sync();
+    rig.pass(Duration::from_millis(200));
+}
+
+#[test]
+fn eds_04_eds_05_every_object_answers_as_its_file_says() {
+    let ours = ["ag03-1.eds", "ap10.eds", "asda-a2.eds", "pump.eds", "servo.dcf"];
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/eds");
+    let mut files: Vec<_> = ours.map(|name| folder.join(name)).into();
+    if let Some(folder) = std::env::var_os("PROFIDRIVE_EDS_FOLDER") {
+        files.extend(fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()));
+    }
+    for file in files {
+        answers_as_its_file(&file.display().to_string(), held(&file));
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
+
+    /// Whatever a file says and a master sends.
+    #[test]
+    fn no_file_and_no_frame_makes_a_node_panic(
+        lines in prop::collection::vec(
+            prop_oneof![
+                (0x1000_u16..0x1020).prop_map(|index| format!("[{index:04X}]")),
+                (prop::sample::select(vec![0x1003_u16, 0x1016, 0x1018, 0x1400, 0x1600, 0x1800, 0x1A00, 0x2000, 0x6000]), 0_u8..10)
+                    .prop_map(|(index, sub)| format!("[{index:04X}sub{sub:X}]")),
+                prop::sample::select(vec![0x1003_u16, 0x1400, 0x1800, 0x1A00, 0x2000, 0x6041, 0xFFFF])
+                    .prop_map(|index| format!("[{index:04X}]")),
+                (0_u16..0x30).prop_map(|data| format!("DataType={data}")),
+                prop::sample::select(vec!["ro", "rw", "wo", "const", "rwr", "rww"]).prop_map(|access| format!("AccessType={access}")),
+                any::<i64>().prop_map(|number| format!("DefaultValue={number}")),
+                any::<u32>().prop_map(|number| format!("DefaultValue=$NODEID+{number}")),
+                prop::sample::select(vec!["DefaultValue=0x20000020", "DefaultValue=0x60000108", "DefaultValue=255", "DefaultValue=1"])
+                    .prop_map(str::to_owned),
+                any::<i64>().prop_map(|number| format!("LowLimit={number}")),
+                any::<i64>().prop_map(|number| format!("HighLimit={number}")),
+                Just("PDOMapping=1".to_owned()),
+                (0_u16..300).prop_map(|count| format!("CompactSubObj={count}")),
+                (0_u8..12).prop_map(|kind| format!("ObjectType={kind}")),
+                "[ -~]{0,20}",
+            ],
+            0..60,
+        ),
+        frames in prop::collection::vec((0_u16..0x800, prop::collection::vec(any::<u8>(), 0..9), any::<bool>()), 0..60),
+        requests in prop::collection::vec((0_u8..0xFF, 0_usize..200, any::<[u8; 4]>()), 0..60),
+    ) {
+        let Ok(mut eds) = Eds::read(lines.join("\n").as_bytes()) else { return Ok(()) };
+        eds.complete();
+        let dictionary = Dictionary::hold(eds);
+        let mut rig = Rig::of(dictionary);
+        rig.start();
+        let places: Vec<_> = dictionary.objects.iter()
+            .flat_map(|object| object.entries.iter().map(|entry| (object.index.0, entry.sub.0)))
+            .collect();
+        for (command, place, [d, e, f, g]) in requests {
+            let (index, sub) = places[place % places.len()];
+            let [a, b] = index.to_le_bytes();
+            rig.data(0x600 + u16::from(NODE), &[command, a, b, sub, d, e, f, g]);
+        }
+        for (id, octets, remote) in frames {
+            let id = Id::base(id).unwrap();
+            let frame = if remote {
+                Frame::remote(id, octets.len() as u8).unwrap()
+            } else {
+                Frame::data(id, &octets).unwrap()
+            };
+            rig.device.handle_frame(rig.now, &frame);
+            rig.drain();
+            rig.pass(Duration::from_millis(1));
+        }
+        rig.device.power_off(rig.now);
+        rig.device.power_on(rig.now);
+        rig.drain();
+        rig.again();
+    }
+}
