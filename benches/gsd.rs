@@ -9,13 +9,14 @@
 )]
 
 use core::fmt::Write;
+use core::time::Duration;
 use std::time;
 
 use profidrive::bench::{Answer, Line, ScriptedMaster as Master};
 use profidrive::devices::ag03::profibus::{MAX_TELEGRAM_LEN, Timing};
 use profidrive::gsd::{Gsd, Policy, Station};
-use profidrive::host::{Bus, GsdStation, OutputBoard, Refusals};
-use profidrive::process::{Point, Signal, Source, ValueType};
+use profidrive::host::{Bus, GsdStation, Refusals, ValueBoard};
+use profidrive::process::{Input, Origin, Point, Signal, Source, ValueType};
 use profidrive::profibus::dp::Application;
 use profidrive::profibus::fdl::{Address, DataTelegram, FunctionCode, Sap};
 use profidrive::time::{BaudRate, Instant};
@@ -38,8 +39,9 @@ fn station(number: u8) -> GsdStation {
     let station = Station::new(Gsd::read(file.as_bytes()).unwrap(), Policy::PROPOSED).unwrap();
     let mut station = GsdStation::new(address(number), BAUD, station, Refusals::default());
     let word = |offset| Point { slot: 1, offset, kind: ValueType::Unsigned16 };
-    station.connect(Signal::new(word(242), Source::Mirror(word(0))).unwrap());
-    station.on_board(OutputBoard::default())
+    let mirror = Source::Follow { of: Origin::Output(word(0)), delay: Duration::ZERO };
+    station.connect(Input::new(word(242), Signal::new(mirror).unwrap()));
+    station.on_board(ValueBoard::default())
 }
 
 fn configuration() -> Vec<u8> {

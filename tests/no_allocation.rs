@@ -15,8 +15,8 @@ use core::time::Duration;
 use profidrive::devices::ag03::profibus::{Config, Device, MAX_TELEGRAM_LEN, Timing};
 use profidrive::gsd::{Gsd, Policy, Station};
 use profidrive::host::link::tap::{Batch, Tap, Watchers};
-use profidrive::host::{Bus, GsdStation, Link, ManualClock, OutputBoard, Received, Refusals, Stop};
-use profidrive::process::{Point, Signal, Source, ValueType};
+use profidrive::host::{Bus, GsdStation, Link, ManualClock, Received, Refusals, Stop, ValueBoard};
+use profidrive::process::{Input, Origin, Point, Signal, Source, ValueType};
 use profidrive::profibus::dp::Application;
 use profidrive::profibus::fdl::{Address, DataTelegram, FunctionCode, Sap};
 use profidrive::time::{BaudRate, Instant};
@@ -207,7 +207,7 @@ fn the_exchange_of_125_stations_from_gsds_allocates_nothing() {
         "#Profibus_DP\nIdent_Number=0x0ABC\nModule=\"long\" {}\nEndModule\n",
         ["0x5F,0x5F,0x5F,0x5F,0x5F,0x5F,0x5F,0x59", "0x6F,0x6F,0x6F,0x6F,0x6F,0x6F,0x6F,0x69"].join(",")
     );
-    let (last, board) = (Point { slot: 1, offset: 242, kind: ValueType::Unsigned16 }, OutputBoard::default());
+    let (last, board) = (Point { slot: 1, offset: 242, kind: ValueType::Unsigned16 }, ValueBoard::default());
     let mut bus = Bus::on(BAUD, Timing::Untrue);
     let mut cfg = Vec::new();
     for number in 1..=125 {
@@ -215,7 +215,8 @@ fn the_exchange_of_125_stations_from_gsds_allocates_nothing() {
         cfg = station.configuration(None).to_vec();
         let mut station =
             GsdStation::new(address(number), BAUD, station, Refusals::default()).on_board(board.clone());
-        station.connect(Signal::new(last, Source::Mirror(last)).unwrap());
+        let mirror = Source::Follow { of: Origin::Output(last), delay: Duration::ZERO };
+        station.connect(Input::new(last, Signal::new(mirror).unwrap()));
         bus.add(station).unwrap();
     }
     let mut buf = [0; MAX_TELEGRAM_LEN];

@@ -11,8 +11,7 @@ use crate::host::link::serial::Serial;
 use crate::host::link::tcp::Tcp;
 use crate::host::list::{Ground, Group, MakeError, Prepared, Spec, Wrong};
 use crate::host::{
-    Bus, BusEvent, Clock, Error, Link, OutputBoard, Reach, Refusals, SlotTime, StateDir, Stop, SystemClock,
-    run,
+    Bus, BusEvent, Clock, Error, Link, Reach, Refusals, SlotTime, StateDir, Stop, SystemClock, run,
 };
 use crate::panel::{BusAccess, Panel, PanelError};
 use crate::profibus::fdl::{Address, RateChange, Timing};
@@ -144,7 +143,8 @@ fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
     // Nobody but a master is on a terminal that was made just now.
     let serial = matches!(args.link, LinkSpec::Serial(_));
     let (listen, search) = (serial && !args.force_address, serial && args.baud == Some(BaudSpec::Auto));
-    let (refusals, board) = (Refusals::default(), OutputBoard::default());
+    let (refusals, board) = (Refusals::default(), start.board());
+    bus.show_on(board.clone());
     let mut described = Vec::new();
     for slave in slaves {
         let now = clock.now();

@@ -5,7 +5,7 @@ use core::fmt;
 use core::time::Duration;
 use std::path::PathBuf;
 
-use super::{Appearance, Error, GsdStation, Participant};
+use super::{Appearance, Error, GsdStation, Participant, ValueBoard};
 use crate::face::{Description, Why};
 use crate::profibus::fdl::baud_search::CONTROL_TIME;
 use crate::profibus::fdl::{
@@ -129,6 +129,11 @@ impl Bus {
         } else {
             self.stations.insert(station, Presence::Active)
         }
+    }
+
+    /// Shows the values of its stations that somebody follows.
+    pub fn show_on(&mut self, board: ValueBoard) {
+        self.stations.board = Some(board);
     }
 
     /// Lets a station take part whether or not somebody else has its address. `false`: there is no such station.

@@ -10,12 +10,12 @@ use super::fault::{Condition, Switch};
 use super::refusals::Refusals;
 use super::state_dir::Images;
 use super::station_file::{Kept, KeptImage};
-use super::{Appearance, ByHand, OutputBoard, Participant, StateDir, StateDirError, StationKind, Stored};
+use super::{Appearance, ByHand, Participant, StateDir, StateDirError, StationKind, Stored, ValueBoard};
 use crate::devices::StationEvent;
 use crate::face::Description;
 use crate::gsd::{Gsd, Placed, RaiseError, Raised, Station};
 use crate::image::Generation;
-use crate::process::{Image, Point, Process, Slot, ValueError};
+use crate::process::{Elsewhere, Image, Input, Point, Process, Slot, ValueError};
 use crate::profibus::dp;
 use crate::profibus::fdl::MAX_TELEGRAM_LEN;
 use crate::profibus::fdl::{Address, Rates, Telegram};
@@ -52,6 +52,8 @@ pub struct GsdStation {
     mask: [u8; MAX_IO_LEN],
     forced: [u8; MAX_IO_LEN],
     processes: Vec<(Box<dyn Process>, Option<Instant>)>,
+    /// Inputs with a signal of their own: they show it behind what the processes write.
+    signals: Vec<(Input, Option<Instant>)>,
     /// `output_updates` of the slave when the processes ran last.
     seen: Option<u32>,
     outputs_are: OutputsAre,
@@ -62,7 +64,7 @@ pub struct GsdStation {
     refusals: Refusals,
     /// The names that a module may have, with their slots, as they were told.
     open: BTreeMap<String, Vec<String>>,
-    board: Option<OutputBoard>,
+    board: Option<ValueBoard>,
     watched: Vec<(Point, Condition, Switch)>,
     image: Option<KeptImage>,
 }
@@ -86,6 +88,7 @@ impl GsdStation {
             mask: [0; MAX_IO_LEN],
             forced: [0; MAX_IO_LEN],
             processes: Vec::new(),
+            signals: Vec::new(),
             seen: None,
             outputs_are: OutputsAre::Unowned,
             raised: Raised::default(),
@@ -103,7 +106,7 @@ impl GsdStation {
 
     /// The same station, whose outputs others can follow and that can follow those of others on the same board.
     #[must_use]
-    pub fn on_board(mut self, board: OutputBoard) -> Self {
+    pub fn on_board(mut self, board: ValueBoard) -> Self {
         self.board = Some(board);
         self
     }
@@ -137,6 +140,28 @@ impl GsdStation {
     pub fn connect(&mut self, process: impl Process + 'static) {
         self.processes.push((Box::new(process), Some(Instant::ZERO)));
         self.seen = None;
+    }
+
+    /// Has an input show its signal from now on, in place of another one that has the same bits.
+    pub(crate) fn connect_input(&mut self, input: Input) {
+        self.disconnect_input(input.point());
+        if let Some(board) = &self.board {
+            input.elsewhere().for_each(|elsewhere| board.follow(elsewhere));
+        }
+        self.signals.push((input, Some(Instant::ZERO)));
+        self.seen = None;
+    }
+
+    /// Has an input keep its last value. Whether a signal moved it.
+    pub(crate) fn disconnect_input(&mut self, point: Point) -> bool {
+        let own = point.kind.places(point.offset);
+        let before = self.signals.len();
+        self.signals.retain(|(input, _)| {
+            let Point { slot, offset, kind } = input.point();
+            let places = kind.places(offset);
+            slot != point.slot || places.end <= own.start || own.end <= places.start
+        });
+        before != self.signals.len()
     }
 
     /// Has `switch` be on while a condition on an input holds, forced inputs as they are forced. It is off while there is
@@ -285,7 +310,8 @@ impl GsdStation {
         self.layout = layout;
         self.slots = self.layout.iter().map(|placed| placed.slot.clone()).collect();
         (self.inputs, self.mask) = ([0; MAX_IO_LEN], [0; MAX_IO_LEN]);
-        for (_, due) in &mut self.processes {
+        let processes = self.processes.iter_mut().map(|(_, due)| due);
+        for due in processes.chain(self.signals.iter_mut().map(|(_, due)| due)) {
             *due = Some(Instant::ZERO);
         }
         // Slots that are gone have no diagnosis.
@@ -326,12 +352,14 @@ impl GsdStation {
         if let (true, Some(board)) = (news, &self.board) {
             board.publish(self.station.address(), &self.slots, self.station.slave().outputs());
         }
-        if self.processes.is_empty() {
+        if self.processes.is_empty() && self.signals.is_empty() {
             return;
         }
-        let Self { station, slots, inputs, processes, board, .. } = self;
-        let others = |station: Address, point: Point| board.as_ref()?.output(station, point);
-        for (process, due) in processes {
+        let Self { station, slots, inputs, processes, signals, board, .. } = self;
+        let others = |elsewhere: &Elsewhere| board.as_ref()?.value(elsewhere);
+        let processes = processes.iter_mut().map(|(process, due)| (process.as_mut(), due));
+        let signals = signals.iter_mut().map(|(input, due)| (input as &mut dyn Process, due));
+        for (process, due) in processes.chain(signals) {
             if news || due.is_some_and(|due| due <= now) {
                 let outputs = station.slave().outputs();
                 let mut image = Image { slots, outputs, inputs: &mut inputs[..], others: &others };
@@ -342,7 +370,8 @@ impl GsdStation {
     }
 
     fn due(&self) -> Option<Instant> {
-        self.processes.iter().filter_map(|(_, due)| *due).min()
+        let signals = self.signals.iter().filter_map(|(_, due)| *due);
+        self.processes.iter().filter_map(|(_, due)| *due).chain(signals).min()
     }
 
     /// Offers the inputs to the slave.
@@ -427,7 +456,7 @@ impl Drop for GsdStation {
             switch.set(false);
         }
         if let Some(board) = &self.board {
-            board.withdraw(self.station.address());
+            board.withdraw(self.station.address().number());
         }
     }
 }

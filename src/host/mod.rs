@@ -57,7 +57,6 @@ mod gsd_station;
 pub mod link;
 pub mod list;
 mod lock;
-mod output_board;
 mod participant;
 mod ppo_drive;
 mod ranges;
@@ -69,13 +68,13 @@ mod state_dir;
 mod station_file;
 mod stop;
 mod stored;
+mod value_board;
 
 pub use bus::{Addresses, Bus, BusEvent, Evidence, LISTEN_TIME, LineHint, Presence, SlotTime, StationErrors};
 pub use by_hand::ByHand;
 pub use clock::{ManualClock, SystemClock};
 pub use device_file::{eds_of_file, gsd_of_file};
 pub use gsd_station::{GsdStation, OutputsAre};
-pub use output_board::OutputBoard;
 pub use participant::{Appearance, Participant, StationKind};
 pub use ppo_drive::{HostedPpoDrive, PpoJudge};
 pub use reach::Reach;
@@ -84,6 +83,7 @@ pub use run::run;
 pub use state_dir::{Disk, ImageFile, Images, Newest, StateDir, StateDirError};
 pub use stop::Stop;
 pub use stored::Stored;
+pub use value_board::ValueBoard;
 
 /// A byte transport to one line: telegram octets in and out, without framing.
 ///

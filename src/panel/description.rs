@@ -64,6 +64,8 @@ use crate::host::list::{DEVICES, Device, Group};
         values::read_input,
         values::force,
         values::release,
+        values::follow,
+        values::stop_following,
         values::read_output,
         history::samples,
         history::samples_csv,

@@ -15,7 +15,7 @@
 //! use profidrive::profibus::fdl::Address;
 //! use profidrive::host::fault::BusKind;
 //! use profidrive::host::list::Ground;
-//! use profidrive::host::{Bus, Clock, OutputBoard, Reach, Refusals, Stop, SystemClock, link::pty::Pty, run};
+//! use profidrive::host::{Bus, Clock, ValueBoard, Reach, Refusals, Stop, SystemClock, link::pty::Pty, run};
 //! use profidrive::panel::{BusAccess, Lines, Panel};
 //!
 //! let (clock, stop) = (SystemClock::new(), Stop::new()?);
@@ -27,7 +27,7 @@
 //! let mut panel = Panel::start(place, line, stop.clone(), &Lines::default())?;
 //! panel.set_link(&link.path().display().to_string());
 //! println!("http://{}/", panel.address());
-//! let (refusals, board) = (Refusals::default(), OutputBoard::default());
+//! let (refusals, board) = (Refusals::default(), ValueBoard::default());
 //! loop {
 //!     // Ends whenever the panel wants something.
 //!     run(&mut link, &mut bus, &clock, &stop, &mut |event| panel.tell(clock.now(), &event))?;

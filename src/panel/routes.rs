@@ -195,6 +195,7 @@ pub(super) fn router(lines: Lines) -> Router {
             "/inputs/{slot}/{octet}/{type}",
             get(values::read_input).put(values::force).delete(values::release),
         )
+        .station("/inputs/{slot}/{octet}/{type}/signal", put(values::follow).delete(values::stop_following))
         .station("/outputs/{slot}/{octet}/{type}", get(values::read_output))
         .station("/samples", get(history::samples))
         .station("/samples.csv", get(history::samples_csv))

@@ -3,9 +3,11 @@
 //! | file | holds |
 //! | --- | --- |
 //! | `value.rs` | [`ValueType`]: bits, integers and floats in octets |
-//! | `signal.rs` | [`Signal`]: an input that moves by itself |
-//! | `source.rs` | [`Source`]: what it follows over time |
+//! | `source.rs` | [`Source`]: what a value follows over time |
+//! | `signal.rs` | [`Signal`]: the value, for any bus |
+//! | `condition.rs` | [`Condition`]: what must hold of a value |
 //! | `table.rs` | [`Table`]: times and values from a CSV file |
+//! | `input.rs` | [`Input`]: an input of a slave that shows a signal |
 //!
 //! No clock and no file: time and outputs in, inputs out. A machine of one's own is a [`Process`]:
 //!
@@ -29,16 +31,20 @@
 //!
 //! let slots = [Slot { number: 1, inputs: 0..0, outputs: 0..1 }, Slot { number: 2, inputs: 0..2, outputs: 1..1 }];
 //! let mut inputs = [0; 2];
-//! let mut image = Image { slots: &slots, outputs: &[1], inputs: &mut inputs, others: &|_, _| None };
+//! let mut image = Image { slots: &slots, outputs: &[1], inputs: &mut inputs, others: &|_| None };
 //! Conveyor(6).step(Instant::ZERO, &mut image);
 //! assert_eq!(inputs, [0, 7]);
 //! ```
 
+mod condition;
+mod input;
 mod signal;
 mod source;
 mod table;
 mod value;
 
+pub use condition::Condition;
+pub use input::{Input, Origin};
 pub use signal::Signal;
 pub use source::{AtEnd, Source, SourceError};
 pub use table::{Table, TableError};
@@ -46,7 +52,6 @@ pub use value::{ValueError, ValueType};
 
 use core::ops::Range;
 
-use crate::profibus::fdl::Address;
 use crate::time::Instant;
 
 /// A machine behind a slave. It has no clock: it is called with the time.
@@ -78,8 +83,28 @@ pub struct Point {
     pub kind: ValueType,
 }
 
-/// The output of another slave: its address, and where the value lies there. `None`: there is none.
-pub(crate) type Others<'a> = &'a dyn Fn(Address, Point) -> Option<f64>;
+/// A value of another device.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Elsewhere {
+    /// The number of its line, from 1; `None`: the same line.
+    pub line: Option<u16>,
+    /// Its address there, or its node number.
+    pub station: u8,
+    /// Which of its values.
+    pub what: What,
+}
+
+/// A value that a device shows to others.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum What {
+    /// An output of a slave with slots.
+    Output(Point),
+    /// What it tells of itself under this name.
+    Value(String),
+}
+
+/// The value of another device; `None`: there is none.
+pub(crate) type Others<'a> = &'a dyn Fn(&Elsewhere) -> Option<f64>;
 
 /// Inputs and outputs of a slave, slot by slot.
 pub struct Image<'a> {
@@ -89,7 +114,7 @@ pub struct Image<'a> {
     pub outputs: &'a [u8],
     /// What the master gets.
     pub inputs: &'a mut [u8],
-    /// The outputs of other slaves.
+    /// The values of other devices.
     pub others: Others<'a>,
 }
 

@@ -51,6 +51,50 @@ fn inputs_are_forced_and_read_by_slot_or_name_and_type() {
     assert_eq!(free, json!({ "value": 0.0, "forced": false }));
 }
 
+/// Asks for the inputs of slot 1 until they are these.
+fn inputs_become(emulator: &Emulator, expected: f64) {
+    let begun = std::time::Instant::now();
+    loop {
+        let value = emulator.get("/api/v1/stations/7/inputs/1/0/unsigned8")["value"].clone();
+        if value == json!(expected) {
+            return;
+        }
+        assert!(begun.elapsed() < core::time::Duration::from_secs(20), "{value}, expected {expected}");
+        std::thread::yield_now();
+    }
+}
+
+#[test]
+fn signals_are_given_on_the_command_line_and_over_http_and_read_inputs_and_values_of_drives() {
+    let gsd = format!("{}/tests/gsd/remote_io.gsd", env!("CARGO_MANIFEST_DIR"));
+    let inputs = [
+        "1/0/bit0:value=1",
+        "1/0/bit1:not:of=input/1/0/bit0",
+        "1/0/bit2:compare:of=5/control_supply:above=10",
+        "1/0/bit4:compare:of=5/no-such-value:above=0",
+    ];
+    let inputs: String = inputs.iter().map(|input| format!(",input={input}")).collect();
+    let emulator = Emulator::with(&["--drive", "5", "--station", &format!("7,gsd={gsd}{inputs}")]);
+    inputs_become(&emulator, 5.0);
+    let signal = "/api/v1/stations/7/inputs/1/0/bit3/signal";
+    let of = json!(["input/1/0/bit0", { "input": true, "slot": 1, "type": "bit1" }]);
+    emulator.set("PUT", signal, &json!({ "behaviour": "or", "of": of }));
+    inputs_become(&emulator, 13.0);
+    for (body, words) in [
+        (json!({ "behaviour": "table", "file": "a.csv" }), "no file is read for who comes by HTTP"),
+        (json!({ "behaviour": "rmap" }), "did you mean ramp?"),
+        (json!({ "behaviour": "ramp", "from": 0, "to": 5, "time": "1s" }), "it reaches 5, bit3 has 0 to 1"),
+        (json!({ "behaviour": "mirror", "of": "x" }), "'x' is no value"),
+    ] {
+        let refused =
+            emulator.request("PUT", signal, "content-type: application/json\r\n", &body.to_string());
+        assert!(refused.status == 422 && refused.body.contains(words), "{body}: {refused:?}");
+    }
+    assert_eq!(emulator.request("DELETE", signal, "", "").status, 204);
+    assert_eq!(emulator.request("DELETE", signal, "", "").status, 404);
+    inputs_become(&emulator, 13.0);
+}
+
 #[test]
 fn a_module_is_found_by_the_name_that_the_user_gave_it() {
     let folder = tempfile::tempdir().unwrap();

@@ -4,8 +4,8 @@ use core::time::Duration;
 
 use profidrive::devices::ag03::profibus::MAX_TELEGRAM_LEN;
 use profidrive::gsd::{Gsd, ModuleState, Policy, Raised, Station, Status};
-use profidrive::host::{Bus, GsdStation, OutputBoard, OutputsAre, Refusals};
-use profidrive::process::{Image, Point, Process, Signal, Source, ValueType};
+use profidrive::host::{Bus, GsdStation, OutputsAre, Refusals, ValueBoard};
+use profidrive::process::{Elsewhere, Image, Input, Origin, Point, Process, Signal, Source, ValueType, What};
 use profidrive::profibus::fdl::Address;
 use profidrive::time::{BaudRate, Instant};
 
@@ -133,7 +133,8 @@ fn clear_fail_safe_and_the_watchdog_are_seen_in_the_outputs() {
 fn a_forced_input_stands_over_what_moves_it_until_it_is_released() {
     let mut own = station(7);
     let word = point(3, 0, ValueType::Unsigned16);
-    own.connect(Signal::new(word, Source::Mirror(point(4, 0, ValueType::Unsigned16))).unwrap());
+    let of = Origin::Output(point(4, 0, ValueType::Unsigned16));
+    own.connect(Input::new(word, Signal::new(Source::Follow { of, delay: Duration::ZERO }).unwrap()));
     let mut rig = Rig::new([own]);
     rig.start(7);
     rig.exchange(7, [0, 0x12, 0x34, 0, 0]);
@@ -156,15 +157,13 @@ fn a_forced_input_stands_over_what_moves_it_until_it_is_released() {
 
 #[test]
 fn an_input_follows_an_output_of_another_station_after_a_delay() {
-    let board = OutputBoard::default();
+    let board = ValueBoard::default();
     let mut follower = station(7).on_board(board.clone());
     let leader = station(9).on_board(board.clone());
-    let source = Source::Follow {
-        station: Address::station(9).unwrap(),
-        of: point(4, 0, ValueType::Unsigned16),
-        delay: Duration::from_millis(200),
-    };
-    follower.connect(Signal::new(point(3, 0, ValueType::Unsigned16), source).unwrap());
+    let what = What::Output(point(4, 0, ValueType::Unsigned16));
+    let of = Elsewhere { line: None, station: 9, what };
+    let source = Source::Follow { of: Origin::Elsewhere(of.clone()), delay: Duration::from_millis(200) };
+    follower.connect(Input::new(point(3, 0, ValueType::Unsigned16), Signal::new(source).unwrap()));
     let mut rig = Rig::new([follower, leader]);
     rig.start(7);
     rig.start(9);
@@ -174,10 +173,26 @@ fn an_input_follows_an_output_of_another_station_after_a_delay() {
     rig.pass(Duration::from_millis(150));
     rig.exchange(7, [0; 5]);
     assert_eq!(rig.exchange(7, [0; 5])[1..3], [0x12, 0x34]);
-    let of = point(4, 0, ValueType::Unsigned16);
-    assert_eq!(board.output(Address::station(9).unwrap(), of), Some(4660.0));
+    assert_eq!(board.value(&of), Some(4660.0));
     drop(rig.bus.remove(Address::station(9).unwrap()));
-    assert_eq!(board.output(Address::station(9).unwrap(), of), None, "removed");
+    assert_eq!(board.value(&of), None, "removed");
+}
+
+#[test]
+fn an_input_follows_a_station_of_another_line() {
+    let board = ValueBoard::default();
+    let leader = station(9).on_board(board.of_line(2));
+    let mut follower = station(9).on_board(board.of_line(1));
+    let what = What::Output(point(4, 0, ValueType::Unsigned16));
+    let of = Origin::Elsewhere(Elsewhere { line: Some(2), station: 9, what });
+    let source = Source::Scale { of, factor: 2.0, offset: 1.0 };
+    follower.connect(Input::new(point(3, 0, ValueType::Unsigned16), Signal::new(source).unwrap()));
+    let (mut first, mut second) = (Rig::new([follower]), Rig::new([leader]));
+    first.start(9);
+    second.start(9);
+    second.exchange(9, [0, 0x12, 0x34, 0, 0]);
+    first.pass(Duration::from_millis(20));
+    assert_eq!(first.exchange(9, [0; 5])[1..3], [0x24, 0x69]);
 }
 
 /// Doubles the output word with every call, and wants to be called every second.

@@ -40,7 +40,7 @@ const TABLE: &[(&str, &[&str])] = &[
     // The bits of the diagnosis.
     ("client", &["can_bus", "devices", "face", "profibus", "time"]),
     // A machine behind any slave.
-    ("process", &["profibus::fdl", "time"]),
+    ("process", &["time"]),
     // Text of a device file, and what is odd in it.
     ("device_file", &[]),
     // A slave of any kind.

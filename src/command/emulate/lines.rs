@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 
-use crate::host::{Reach, Stop};
+use crate::host::{Reach, Stop, ValueBoard};
 use crate::metrics::{LineMetrics, Metrics, MetricsError, NodeMetrics, PATH};
 use crate::panel::Lines;
 use tracing::{error_span, info, warn};
@@ -24,6 +24,7 @@ pub(super) fn run(plan: LinesPlan) -> Result<(), Failure> {
         count: plans.len(),
         metrics,
         panel_lines: Lines::default(),
+        board: ValueBoard::default(),
         state: Mutex::default(),
         changed: Condvar::new(),
     });
@@ -83,6 +84,7 @@ struct Common {
     count: usize,
     metrics: Option<Metrics>,
     panel_lines: Lines,
+    board: ValueBoard,
     state: Mutex<State>,
     changed: Condvar,
 }
@@ -112,6 +114,11 @@ impl Start {
             1 => "line".into(),
             _ => format!("line-{}", self.number + 1),
         }
+    }
+
+    /// What the devices of all lines show to each other, as this line sees it.
+    pub(super) fn board(&self) -> ValueBoard {
+        self.common.board.of_line(u16::try_from(self.number + 1).unwrap_or(u16::MAX))
     }
 
     /// The lines that every panel of the process shows.

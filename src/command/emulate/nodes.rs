@@ -50,6 +50,7 @@ pub(super) fn emulate(
     let rate = args.baud.and_then(|baud| baud.can()).unwrap_or(DEFAULT_RATE);
     let mut line = open(args, link, rate)?;
     let mut nodes = Nodes::of(link);
+    line.bus_mut().show_on(start.board());
     // For hints.
     line.bus_mut().watch(true);
     for fault in faults {

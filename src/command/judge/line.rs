@@ -7,7 +7,7 @@ use super::describe;
 use crate::command::emulate::SlavePlan;
 use crate::command::{Failure, line_file};
 use crate::host::list::{Ground, Prepared};
-use crate::host::{OutputBoard, Refusals};
+use crate::host::{Refusals, ValueBoard};
 use crate::judge::Slave;
 use crate::profibus::dp;
 use crate::profibus::fdl::telegram::{Decoded, decode};
@@ -58,7 +58,7 @@ fn slave(plan: SlavePlan) -> Result<Slave, String> {
 
 /// The ident number of a device, and the configuration that Get_Cfg reports.
 fn ask(prepared: Prepared, address: Address) -> Result<Option<(u16, Vec<u8>)>, String> {
-    let (refusals, board) = (Refusals::default(), OutputBoard::default());
+    let (refusals, board) = (Refusals::default(), ValueBoard::default());
     let mut now = Instant::ZERO;
     let ground = Ground { now, rate: BaudRate::K500, state: None, refusals: &refusals, board: &board };
     let mut device = prepared.make(&ground).map_err(|error| error.to_string())?;

@@ -1,14 +1,15 @@
-//! Devices: their specifications, and what moves the inputs of stations.
+//! Devices: their specifications, and what their inputs follow.
 
 use std::path::Path;
 
-use crate::host::list::{Group, Spec};
+use crate::host::list::inputs::{self, Direction};
+use crate::host::list::{self, Group, Spec};
+use crate::process::{Elsewhere, What};
 
-use super::station::{self, Stations};
 use super::tables::{At, DeviceTable, LineTable, OfGroup};
 use super::wrong::{TablePath, Wrong};
 use crate::command::args::Emulate;
-use crate::command::emulate::SlavePlan;
+use crate::command::emulate::{LinePlan, SlavePlan};
 
 /// The specification of each device of a group.
 fn specs<G: OfGroup>(
@@ -45,16 +46,60 @@ pub(super) fn slaves(
         let _ = args.choose_quirks(&mut spec);
         plans.push(SlavePlan::new(spec).map_err(|wrong| Wrong::of_spec(&path, wrong))?);
     }
-    let stations = Stations::of(&plans);
-    let mut inputs = Vec::new();
-    for (number, table) in table.station.iter().enumerate() {
-        inputs.push(station::signals(&table.get().input, number, &stations, place.1)?);
-    }
-    let is_station = |plan: &&mut SlavePlan| plan.spec.device.group() == Group::Station;
-    for (plan, signals) in plans.iter_mut().filter(is_station).zip(inputs) {
-        plan.prepared.signals = signals;
-    }
     Ok(plans)
+}
+
+/// Whether what the inputs of each line follow on the others and on their own is there.
+pub(super) fn check_followed(plans: &[LinePlan]) -> Result<(), Wrong> {
+    for (number, plan) in plans.iter().enumerate() {
+        let is_station = |slave: &&SlavePlan| slave.spec.device.group() == Group::Station;
+        for (place, slave) in plan.slaves.iter().filter(is_station).enumerate() {
+            let table = TablePath::new(number, Group::Station, place);
+            for (input, elsewhere) in slave.prepared.followed() {
+                let followed = followed(plans, number, elsewhere);
+                followed.map_err(|wrong| {
+                    let path =
+                        ["input".to_owned(), input.to_string()].into_iter().chain(wrong.path).collect();
+                    Wrong::of_spec(&table, list::Wrong { path, ..wrong })
+                })?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Whether a value is there, for an input of the line of this number, from 0.
+fn followed(plans: &[LinePlan], own: usize, elsewhere: &Elsewhere) -> Result<(), list::Wrong> {
+    let wrong = |key: &str, words| list::Wrong { path: vec![key.to_owned()], is_key: false, words };
+    let Elsewhere { line, station, what } = elsewhere;
+    let number = line.map_or(own, |line| usize::from(line).wrapping_sub(1));
+    let Some(plan) = plans.get(number) else {
+        let words = format!("there is no line {}; expected 1 to {}", number.wrapping_add(1), plans.len());
+        return Err(wrong("line", words));
+    };
+    if plan.args.nodes.iter().any(|node| node.place == *station) && matches!(what, What::Value(_)) {
+        return Ok(());
+    }
+    let Some(slave) = plan.slaves.iter().find(|slave| slave.spec.place == *station) else {
+        let nodes = plan.args.nodes.iter().map(|node| node.place);
+        let there = plan.slaves.iter().map(|slave| slave.spec.place).chain(nodes);
+        let there: Vec<_> = there.map(|place| place.to_string()).collect();
+        let on = if number == own { "this line".into() } else { format!("line {}", number + 1) };
+        let words = format!("there is no station {station} on {on}; expected one of {}", there.join(", "));
+        return Err(wrong("station", words));
+    };
+    match (what, &slave.prepared.station) {
+        (What::Value(_), _) => Ok(()),
+        (What::Output(point), Some(gsd)) => inputs::check(gsd, *point, Direction::Output).map_err(|wrong| {
+            let path = ["of".to_owned()].into_iter().chain(wrong.path).collect();
+            list::Wrong { path, ..wrong }
+        }),
+        (What::Output(_), None) => {
+            let words =
+                format!("station {station} has no slots; name one of its values, of = {{ value = \"...\" }}");
+            Err(wrong("of", words))
+        }
+    }
 }
 
 /// The nodes of a CAN bus.

@@ -176,7 +176,7 @@ fn while_input(table: &At<WhileTable>, stations: &Stations<'_>) -> Result<While,
     let address = station::known(station, stations.addresses())?;
     let point = point(slot, octet.as_ref(), kind)?;
     if let Some(station) = stations.at(address) {
-        station::check(station, point, station::Direction::Input, slot, kind)?;
+        station::check(station, point, slot, kind)?;
     }
     let condition = match (is, above, below) {
         (Some(value), None, None) => Condition::Is(*value.get()),

@@ -5,7 +5,7 @@
 //! | `tables.rs`, `schema.rs` | the tables and keys as they are written; the JSON Schema of them |
 //! | `line.rs` | a line: its link, who is on it, faults |
 //! | `device.rs` | the devices by their specifications |
-//! | `station.rs` | what moves the inputs of a station |
+//! | `station.rs` | values of stations that other tables name |
 //! | `wrong.rs` | what is wrong, with line and column |
 //!
 //! Everything is read and checked before anything is opened.
@@ -45,7 +45,9 @@ fn plan(text: &str, folder: &Path) -> Result<LinesPlan, Wrong> {
     }
     alone(&file.line)?;
     let lines = file.line.iter().enumerate();
-    let lines = lines.map(|(number, line)| line::plan(number, line, folder)).collect::<Result<_, _>>()?;
+    let lines: Vec<_> =
+        lines.map(|(number, line)| line::plan(number, line, folder)).collect::<Result<_, _>>()?;
+    device::check_followed(&lines)?;
     Ok(LinesPlan { lines, metrics: metrics(&file)? })
 }
 
@@ -95,7 +97,7 @@ pub(crate) fn say(file: &Path, plans: &[LinePlan]) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     let said = plans.iter().zip(1..).try_for_each(|(plan, number)| {
         let LinePlan { args, slaves, faults } = plan;
-        let inputs: usize = slaves.iter().map(|slave| slave.prepared.signals.len()).sum();
+        let inputs: usize = slaves.iter().map(|slave| slave.prepared.inputs.len()).sum();
         let (faults, nodes) = (faults.len() + args.faults.len(), args.nodes().len());
         let is_station = |slave: &&SlavePlan| slave.spec.device.group() == Group::Station;
         let stations = slaves.iter().filter(is_station).count();
@@ -122,6 +124,23 @@ mod tests {
     }
 
     const STATION: &str = "[[line]]\nlink = 'pty'\n[[line.station]]\naddress = 7\ngsd = 'remote_io.gsd'\nmodules = ['8 DI', '2 AO']\n";
+
+    #[test]
+    fn an_input_follows_values_of_other_lines_and_of_drives_and_nodes() {
+        let input = |keys: &str| format!("[[line.station.input]]\nslot = 1\n{keys}");
+        let text = [
+            STATION,
+            &input("type = 'bit0'\nbehaviour = 'follow'\nline = 2\nstation = 7\nof = '2/0/unsigned16'\n"),
+            &input("type = 'bit1'\nbehaviour = 'compare'\nabove = 5\nof = '2/5/position'\n"),
+            &input("type = 'bit2'\nbehaviour = 'not'\nof = { line = 3, station = 9, value = 'position' }\n"),
+            &STATION.replace("'pty'", "'tcp:127.0.0.1:0'"),
+            "[[line.drive]]\naddress = 5\n[[line]]\nlink = 'slcan-pty:x'\n[[line.node]]\nid = 9\n",
+        ]
+        .concat();
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/gsd");
+        let lines = plan(&text, &folder).unwrap().lines;
+        assert_eq!(lines[0].slaves[0].prepared.inputs.len(), 3);
+    }
 
     #[test]
     fn what_is_wrong_is_told_with_line_column_and_cure() {
@@ -239,7 +258,7 @@ mod tests {
                 "6, column 11",
                 "the station takes 8 modules (Max_Module)",
             ),
-            (input("behaviour = 'rmp'"), "10, column 13", "did you mean `ramp`?"),
+            (input("behaviour = 'rmp'"), "10, column 13", "did you mean ramp?"),
             (input("behaviour = 'ramp'"), "10, column 13", "ramp needs 'from'"),
             (
                 input("behaviour = 'ramp'\nmean = 1.0"),
@@ -259,7 +278,7 @@ mod tests {
             (
                 input("behaviour = 'ramp'\nfrom = {a=1}\nto = 1\ntime = '5s'"),
                 "11, column 8",
-                "expected a number, got a table",
+                "from: expected a number, not a table",
             ),
             (line("baud = 19200\nbaud = 9600"), "4, column 1", "'baud' is there twice"),
             (input("behaviour = 'table'\nfile = 'no.csv'"), "11, column 8", "cannot read"),
@@ -301,6 +320,26 @@ mod tests {
                 input("behaviour = 'follow'\nstation = 8\ndelay = '1s'\nof = { slot = 3, type = 'bit0' }"),
                 "11, column 11",
                 "there is no station 8",
+            ),
+            (
+                input("behaviour = 'follow'\nline = 2\nstation = 8\nof = '1/0/bit0'"),
+                "11, column 8",
+                "there is no line 2; expected 1 to 1",
+            ),
+            (
+                input("behaviour = 'follow'\nstation = 5\nof = '1/0/bit0'\n[[line.drive]]\naddress = 5"),
+                "12, column 6",
+                "station 5 has no slots; name one of its values",
+            ),
+            (
+                input("behaviour = 'follow'\nstation = 7\nof = { slot = 3, type = 'bit0' }"),
+                "12, column 15",
+                "there is no slot 3",
+            ),
+            (
+                input("behaviour = 'and'\nof = ['2/0/unsigned16', '2/3/unsigned32']"),
+                "11, column 25",
+                "output of module '2 AO': unsigned32 at octet 3 needs 7 octets, the slot has 4",
             ),
             (
                 station("[[line.station.input]]\nslot = 2\ntype = 'unsigned16'\nvalue = 1"),

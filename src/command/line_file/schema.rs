@@ -3,9 +3,8 @@
 use std::borrow::Cow;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator};
-use serde_json::json;
 
-use super::tables::{At, DeviceTable, INPUT, InputTable, LineFile, OfGroup};
+use super::tables::{At, DeviceTable, LineFile, OfGroup};
 use crate::host::list::Group;
 
 impl<T: JsonSchema> JsonSchema for At<T> {
@@ -31,14 +30,8 @@ impl<G: OfGroup> JsonSchema for DeviceTable<G> {
         format!("{}Table", G::GROUP.name()).into()
     }
 
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let mut input = Vec::new();
-        if G::GROUP == Group::Station {
-            let items = generator.subschema_for::<InputTable>();
-            let about = "How its inputs change.";
-            input.push((INPUT.to_owned(), json!({ "description": about, "type": "array", "items": items })));
-        }
-        let mut schema = Schema::try_from(G::GROUP.schema(input)).unwrap_or_default();
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let mut schema = Schema::try_from(G::GROUP.schema()).unwrap_or_default();
         schema.insert("description".to_owned(), about(G::GROUP).into());
         schema
     }

@@ -129,16 +129,12 @@ impl OfGroup for Node {
     const GROUP: Group = Group::Node;
 }
 
-/// A device of a group: the keys of its specification and, of a station, how its inputs change.
+/// A device of a group: the keys of its specification.
 #[derive(Debug)]
 pub(super) struct DeviceTable<G> {
     pub(super) given: Vec<(String, Given)>,
-    pub(super) input: Vec<At<InputTable>>,
     group: PhantomData<G>,
 }
-
-/// The key of inputs, which no specification has.
-pub(super) const INPUT: &str = "input";
 
 impl<'de, G: OfGroup> Deserialize<'de> for DeviceTable<G> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
@@ -156,112 +152,12 @@ impl<'de, G: OfGroup> Visitor<'de> for Keys<G> {
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<DeviceTable<G>, A::Error> {
-        let (mut given, mut input) = (Vec::new(), Vec::new());
-        while let Some(key) = map.next_key::<String>()? {
-            if key == INPUT && G::GROUP == Group::Station {
-                input = map.next_value()?;
-            } else {
-                given.push((key, map.next_value()?));
-            }
+        let mut given = Vec::new();
+        while let Some(entry) = map.next_entry()? {
+            given.push(entry);
         }
-        Ok(DeviceTable { given, input, group: PhantomData })
+        Ok(DeviceTable { given, group: PhantomData })
     }
-}
-
-/// A value in a slot.
-#[derive(Debug, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub(super) struct PointTable {
-    /// The number of the slot.
-    pub(super) slot: At<u16>,
-    /// Its first octet in the slot, from 0; 0 unless given.
-    pub(super) octet: Option<At<u8>>,
-    /// bit0 to bit7, unsigned8, unsigned16, unsigned32, signed8, signed16, signed32 or float32.
-    #[serde(rename = "type")]
-    pub(super) kind: At<String>,
-}
-
-/// An input and what it follows. Times are 500us, 20ms or 5s, at most 3600s.
-#[derive(Debug, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub(super) struct InputTable {
-    /// The number of the slot.
-    pub(super) slot: At<u16>,
-    /// Its first octet in the slot, from 0; 0 unless given.
-    pub(super) octet: Option<At<u8>>,
-    /// bit0 to bit7, unsigned8, unsigned16, unsigned32, signed8, signed16, signed32 or float32.
-    #[serde(rename = "type")]
-    pub(super) kind: At<String>,
-    /// constant unless given.
-    pub(super) behaviour: Option<At<Behaviour>>,
-    /// constant: the value.
-    pub(super) value: Option<At<f64>>,
-    /// count, ramp: the first value.
-    pub(super) from: Option<At<f64>>,
-    /// count, ramp: the last value.
-    pub(super) to: Option<At<f64>>,
-    /// count: added each time; 1 unless given.
-    pub(super) step: Option<At<f64>>,
-    /// count: the time between two values.
-    pub(super) every: Option<At<String>>,
-    /// ramp: how long it takes.
-    pub(super) time: Option<At<String>>,
-    /// ramp: hold unless given.
-    pub(super) then: Option<At<Then>>,
-    /// sine: the mean value; 0 unless given.
-    pub(super) mean: Option<At<f64>>,
-    /// sine: the amplitude.
-    pub(super) amplitude: Option<At<f64>>,
-    /// sine: the time of one period.
-    pub(super) period: Option<At<String>>,
-    /// sine: the time in a period at which it begins; 0 unless given.
-    pub(super) phase: Option<At<String>>,
-    /// table: a CSV file with the lines SECONDS;VALUE.
-    pub(super) file: Option<At<String>>,
-    /// table: starts again after this time; unless given the last value stays.
-    pub(super) repeat: Option<At<String>>,
-    /// mirror, follow: the output.
-    pub(super) of: Option<PointTable>,
-    /// follow: the address of the other station on the same line.
-    pub(super) station: Option<At<u8>>,
-    /// follow: how much later.
-    pub(super) delay: Option<At<String>>,
-}
-
-/// What an input follows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "kebab-case")]
-pub(super) enum Behaviour {
-    /// Always `value`.
-    Constant,
-    /// The output `of` of the same station.
-    Mirror,
-    /// Counts from `from` to `to`: `step` is added `every` time; then again.
-    Count,
-    /// Linearly from `from` to `to` in `time`, `then` hold, repeat or return.
-    Ramp,
-    /// `mean` + `amplitude` * sin(2 pi (time + `phase`) / `period`).
-    Sine,
-    /// The rows of the CSV `file`.
-    Table,
-    /// The output `of` of another `station`, `delay` later.
-    Follow,
-}
-
-/// What a ramp does at its end.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "kebab-case")]
-pub(super) enum Then {
-    /// Stays.
-    Hold,
-    /// Starts again.
-    Repeat,
-    /// Goes back to the first value, and so on.
-    Return,
 }
 
 /// A fault on purpose, and when it may act.

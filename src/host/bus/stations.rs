@@ -8,7 +8,7 @@ use super::last_request::LastRequest;
 use super::station_errors::StationErrors;
 use super::{BusEvent, Presence, SlotTime};
 use crate::devices::StationEvent;
-use crate::host::{Error, Participant};
+use crate::host::{Error, Participant, ValueBoard};
 use crate::profibus::fdl::station::TooLate;
 use crate::profibus::fdl::{
     Address, BaudSearch, DataTelegram, FrameError, Function, LineCounters, MAX_TELEGRAM_LEN, Rates,
@@ -40,6 +40,8 @@ pub(super) struct Stations {
     pub(super) silenced: bool,
     pub(super) counters: LineCounters,
     watch: Watch,
+    /// Where values are shown that somebody follows.
+    pub(super) board: Option<ValueBoard>,
     pub(super) news: News,
 }
 
@@ -76,6 +78,7 @@ impl Stations {
             silenced: false,
             counters: LineCounters::default(),
             watch: Watch::new(),
+            board: None,
             news: News::default(),
         }
     }
@@ -142,6 +145,9 @@ impl Stations {
     pub(super) fn remove(&mut self, address: Address) -> Option<Slot> {
         let slot = self.slots.get_mut(index(address))?.take()?;
         self.order.retain(|other| *other != address);
+        if let Some(board) = &self.board {
+            board.withdraw(address.number());
+        }
         self.deadlines.set(address, None);
         self.joining -= usize::from(slot.presence == Presence::Joining);
         self.supervised -= usize::from(slot.supervised);
@@ -348,12 +354,15 @@ impl Stations {
         address: Address,
         act: impl FnOnce(&mut dyn Participant, &mut dyn FnMut(StationEvent)),
     ) {
-        let Self { slots, deadlines, news, search, .. } = self;
+        let Self { slots, deadlines, news, search, board, .. } = self;
         let Some(slot) = slots.get_mut(index(address)).and_then(Option::as_mut) else {
             return;
         };
         let Slot { station, counters, errors, .. } = slot;
         act(station.as_mut(), &mut |event| news.tell(now, address, (&mut *counters, &mut *errors), event));
+        if let Some(board) = board {
+            board.show(address.number(), &|| station.description());
+        }
         // As `settle_at`, with the slot at hand: this runs in each application cycle of each station.
         if search.is_none() && station.address() == address {
             deadlines.set(address, station.poll_timeout());

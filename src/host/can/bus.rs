@@ -19,6 +19,7 @@ use std::collections::VecDeque;
 use super::CanParticipant;
 use super::fault::Faults;
 use crate::can_bus::can::{BitRate, Confinement, ErrorState, Frame};
+use crate::host::ValueBoard;
 use crate::time::Instant;
 
 mod event;
@@ -61,6 +62,8 @@ pub struct Bus<E> {
     faults: Faults,
     events: Events<E>,
     counters: Counters,
+    /// Where values are shown that somebody follows.
+    pub(super) board: Option<ValueBoard>,
     now: Instant,
 }
 
@@ -76,8 +79,14 @@ impl<E: 'static> Bus<E> {
             faults: Faults::default(),
             events: Events::default(),
             counters: Counters::default(),
+            board: None,
             now: Instant::ZERO,
         }
+    }
+
+    /// Shows the values of nodes that come from now on, if somebody follows them.
+    pub fn show_on(&mut self, board: ValueBoard) {
+        self.board = Some(board);
     }
 
     /// The rate of every station.

@@ -11,10 +11,10 @@ use crate::can_bus::canopen::node::storage::{Eeprom, Generation, NotStored, Stor
 use crate::can_bus::canopen::{NmtState, NodeId};
 use crate::devices::{CanopenDevice, CanopenEvent};
 use crate::face::Why;
-use crate::host::Stored;
 use crate::host::list::Choices;
 use crate::host::repeats::Repeats;
 use crate::host::state_dir::{Images, Newest, StateDir, StateDirError};
+use crate::host::{Stored, ValueBoard};
 use crate::time::Instant;
 
 /// Room for the image of any device.
@@ -31,6 +31,8 @@ pub struct StoredNode {
     injector: Option<Box<FaultInjector>>,
     counters: NodeCounters,
     repeats: Repeats<canopen::Event>,
+    /// Where its values are shown that somebody follows.
+    board: Option<ValueBoard>,
 }
 
 /// The device with what it hands over.
@@ -66,7 +68,13 @@ impl StoredNode {
             injector: None,
             counters: NodeCounters::default(),
             repeats: Repeats::default(),
+            board: None,
         }
+    }
+
+    /// Shows its values from now on, if somebody follows them.
+    pub(super) fn show_on(&mut self, board: ValueBoard) {
+        self.board = Some(board);
     }
 
     /// What it has heard and sent since it was made.
@@ -140,6 +148,14 @@ impl StoredNode {
         let frame = injector.poll_transmit();
         self.follow_faults(now);
         frame
+    }
+}
+
+impl Drop for StoredNode {
+    fn drop(&mut self) {
+        if let Some(board) = &self.board {
+            board.withdraw(self.node_id().number());
+        }
     }
 }
 
@@ -264,6 +280,10 @@ impl CanParticipant for StoredNode {
             }
         });
         self.follow_faults(now);
+        if let Some(board) = &self.board {
+            let device = &self.stored.unit().device;
+            board.show(device.node_id().number(), &|| Some(device.description()));
+        }
     }
 
     fn set_error_state(&mut self, now: Instant, state: ErrorState) {

@@ -28,10 +28,13 @@ impl Bus<CanopenEvent> {
         Ok(number)
     }
 
-    /// Gives a node that is not on the bus yet what is for it, so that its boot-up is concerned.
+    /// Gives a node that is not on the bus yet what is for it, so that its boot-up is concerned, and the board of the bus.
     pub fn add_faults_to(&self, now: Instant, node: &mut StoredNode) {
         for (number, rule, _) in self.faults().iter() {
             add(now, node, number, rule);
+        }
+        if let Some(board) = &self.board {
+            node.show_on(board.clone());
         }
     }
 

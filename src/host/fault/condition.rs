@@ -5,6 +5,7 @@ use core::str::FromStr;
 use core::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Arc;
 
+pub use crate::process::Condition;
 use crate::process::Point;
 use crate::profibus::fdl::Address;
 
@@ -26,28 +27,6 @@ impl Switch {
     /// Whether nobody else has it any more.
     pub(crate) fn is_abandoned(&self) -> bool {
         Arc::strong_count(&self.0) == 1
-    }
-}
-
-/// A comparison with an input.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Condition {
-    /// It has this value.
-    Is(f64),
-    /// It is greater.
-    Above(f64),
-    /// It is less.
-    Below(f64),
-}
-
-impl Condition {
-    /// Whether it holds for a value.
-    pub(crate) fn holds(self, value: f64) -> bool {
-        match self {
-            Self::Is(wanted) => value == wanted,
-            Self::Above(limit) => value > limit,
-            Self::Below(limit) => value < limit,
-        }
     }
 }
 

@@ -39,6 +39,8 @@ pub enum Takes {
     Quirks,
     /// Parameters by number or name, and a number for each.
     Values,
+    /// Inputs, each with what it follows.
+    Inputs,
 }
 
 impl Choice {
@@ -64,6 +66,7 @@ impl Choice {
                 format!(",{key}={}", files.join("|"))
             }
             Takes::Flag => format!(",{key}"),
+            Takes::Inputs => return format!("[,{key}=SLOT/OCTET/TYPE:BEHAVIOUR:KEY=VALUE]..."),
             Takes::Names | Takes::Quirks | Takes::Values => return String::new(),
         };
         if required { form } else { format!("[{form}]") }
@@ -117,6 +120,7 @@ impl Takes {
             Self::Names => "a list of names",
             Self::Quirks => "a table of names and values",
             Self::Values => "a table of names and numbers",
+            Self::Inputs => "a list of inputs",
         }
     }
 }
@@ -153,6 +157,8 @@ pub struct Choices {
     pub(super) quirks: Vec<(&'static str, &'static str)>,
     /// What its parameters begin with, by number or name.
     pub(super) values: Vec<(String, f64)>,
+    /// Its inputs, as they were given, and where paths in them begin.
+    pub(super) inputs: (Vec<Given>, PathBuf),
 }
 
 impl Choices {
@@ -189,6 +195,16 @@ impl Choices {
     pub(super) fn names(&self, key: &str) -> Option<&[String]> {
         let Picked::Names(names) = self.picked(key)? else { return None };
         Some(names)
+    }
+
+    /// Whether one of its inputs has a file.
+    pub(crate) fn input_of_file(&self) -> bool {
+        let is_file = |given: &Given| match given {
+            Given::Table(keys) => keys.iter().any(|(key, _)| key == "file"),
+            Given::Text(text) => text.contains("file="),
+            Given::Flag(_) | Given::Number(_) | Given::List(_) => false,
+        };
+        self.inputs.0.iter().any(is_file)
     }
 
     /// Whether a flag was set.

@@ -8,16 +8,19 @@
 //! | `spec` | [`Spec`]: one specification for `a,k=v`, TOML and JSON |
 //! | `node_files` | nodes that a file describes |
 //! | `slaves` | how the devices on PROFIBUS are made |
+//! | `signals`, `inputs` | the kinds of signals; the inputs of a station that follow them |
 //! | `named` | parameters by number or name |
 //!
 //! A new device has its folder in `devices`, and an entry here.
 
 mod choice;
 mod given;
+pub(crate) mod inputs;
 pub mod named;
 mod node_files;
 #[cfg(all(test, feature = "cli"))]
 mod schema;
+pub(crate) mod signals;
 mod slaves;
 mod spec;
 
@@ -99,6 +102,7 @@ pub static DEVICES: &[Device] = &[
                 "The names of the modules that are plugged in, slot by slot. Another configuration is refused. Without it \
                  the master chooses.",
             ),
+            Choice::of("input", Takes::Inputs, "How its inputs change."),
         ],
         quirks: Vec::new,
         prepare: slaves::gsd_station,

@@ -3,11 +3,13 @@
 use serde_json::{Map, Value, json};
 use utoipa::openapi::{RefOr, Schema};
 
+use super::inputs::OWN;
+use super::signals::{BEHAVIOUR, Holds, KINDS};
 use super::{Choice, Group, Takes};
 
 impl Group {
     /// The schema of a specification of the group, its own keys in `more`.
-    pub(crate) fn schema(self, more: impl IntoIterator<Item = (String, Value)>) -> Value {
+    pub(crate) fn schema(self) -> Value {
         let (least, most) = match self {
             Self::Drive | Self::PpoDrive | Self::Station => (0, 126),
             Self::Node => (1, 127),
@@ -28,7 +30,6 @@ impl Group {
                 required.push(choice.key);
             }
         }
-        properties.extend(more);
         json!({ "type": "object", "additionalProperties": false, "properties": properties, "required": required })
     }
 }
@@ -36,8 +37,88 @@ impl Group {
 impl Group {
     /// The same for the description of the HTTP interface.
     pub(crate) fn open_api(self) -> RefOr<Schema> {
-        serde_json::from_value(self.schema([])).unwrap_or_else(|_| RefOr::T(Schema::default()))
+        serde_json::from_value(without_rules(self.schema())).unwrap_or_else(|_| RefOr::T(Schema::default()))
     }
+}
+
+/// The same without what the description of the HTTP interface cannot say.
+fn without_rules(mut schema: Value) -> Value {
+    if let Some(object) = schema.as_object_mut() {
+        object.retain(|key, _| key != "allOf");
+        for value in object.values_mut() {
+            *value = without_rules(value.take());
+        }
+    }
+    schema
+}
+
+/// An input with its signal.
+fn inputs() -> Value {
+    let kind = json!({
+        "description": "bit0 to bit7, unsigned8, unsigned16, unsigned32, signed8, signed16, signed32 or float32.",
+        "type": "string",
+        "pattern": "^(bit[0-7]|(un)?signed(8|16|32)|float32)$"
+    });
+    let slot = json!({ "description": "The number of the slot.", "type": "integer", "minimum": 0, "maximum": 65535 });
+    let octet = json!({
+        "description": "Its first octet in the slot, from 0; 0 unless given.",
+        "type": "integer", "minimum": 0, "maximum": 255
+    });
+    let value = json!({
+        "description": "A value elsewhere: SLOT/OCTET/TYPE, STATION/VALUE, or a table.",
+        "type": ["string", "object"],
+        "additionalProperties": false,
+        "properties": {
+            "line": { "description": "The number of the line, from 1.", "type": "integer", "minimum": 1 },
+            "station": { "description": "The address on the line.", "type": "integer", "minimum": 0, "maximum": 127 },
+            "slot": slot, "octet": octet, "type": kind,
+            "input": { "description": "An input of the same station, not an output.", "type": "boolean" },
+            "value": { "description": "The name of a value that the device tells of itself.", "type": "string" }
+        }
+    });
+    let of_key = |holds: Holds| match holds {
+        Holds::Number => json!({ "type": "number" }),
+        Holds::Whole => json!({ "type": "integer", "minimum": 0 }),
+        Holds::Time => json!({ "type": "string", "pattern": "^[0-9]+(us|ms|s)$" }),
+        Holds::OneOf(words) => json!({ "enum": words }),
+        Holds::File => json!({ "type": "string", "minLength": 1 }),
+        Holds::Value | Holds::Values => {
+            json!({ "anyOf": [value, { "type": "array", "minItems": 1, "items": value }] })
+        }
+    };
+    let names: std::vec::Vec<_> = KINDS.iter().map(|kind| kind.name).collect();
+    let behaviour = json!({ "description": "What it follows.", "enum": names, "default": names.first() });
+    let mut properties = Map::new();
+    for (key, schema) in [("slot", &slot), ("octet", &octet), ("type", &kind), (BEHAVIOUR, &behaviour)] {
+        properties.insert(key.to_owned(), schema.clone());
+    }
+    for key in KINDS.iter().flat_map(|kind| kind.keys) {
+        properties.entry(key.name).or_insert_with(|| of_key(key.holds));
+    }
+    let mut rules = std::vec::Vec::new();
+    for (place, kind) in KINDS.iter().enumerate() {
+        let is_needed = if place == 0 { json!([]) } else { json!([BEHAVIOUR]) };
+        let keys = kind.keys.iter().map(|key| key.name);
+        let keys: std::vec::Vec<_> = OWN.iter().copied().chain([BEHAVIOUR]).chain(keys).collect();
+        let required = kind.keys.iter().filter(|key| key.required).map(|key| key.name);
+        let required: std::vec::Vec<_> = required.collect();
+        let single = match kind.keys.iter().find(|key| key.name == "of").map(|key| key.holds) {
+            Some(Holds::Value) => json!({ "of": { "type": ["string", "object"] } }),
+            Some(_) => json!({ "of": { "type": "array" } }),
+            None => json!({}),
+        };
+        rules.push(json!({
+            "if": { "properties": { BEHAVIOUR: { "const": kind.name } }, "required": is_needed },
+            "then": {
+                "description": kind.about, "required": required, "propertyNames": { "enum": keys },
+                "properties": single
+            }
+        }));
+    }
+    json!({
+        "type": "object", "additionalProperties": false, "properties": properties, "required": ["slot", "type"],
+        "allOf": rules
+    })
 }
 
 impl Choice {
@@ -62,6 +143,7 @@ impl Choice {
             Takes::Names => json!({ "type": "array", "items": { "type": "string" } }),
             Takes::Quirks => json!({ "type": "object", "additionalProperties": { "type": "string" } }),
             Takes::Values => json!({ "type": "object", "additionalProperties": { "type": "number" } }),
+            Takes::Inputs => json!({ "type": "array", "items": inputs() }),
         };
         if let Some(schema) = schema.as_object_mut() {
             schema.insert("description".to_owned(), self.about.into());

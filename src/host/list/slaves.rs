@@ -5,7 +5,7 @@ use std::path::Path;
 
 use thiserror::Error;
 
-use super::{Choice, Choices, Group, QuirkRow, Spec, Wrong, named};
+use super::{Choice, Choices, Group, QuirkRow, Spec, Wrong, inputs, named};
 use crate::devices::ag03::param::{self, Access, Model, Pnu, Value, Width};
 use crate::devices::ag03::profibus::{Config, Device, Gear, QUIRKS};
 use crate::devices::ppo_drive::profibus::{CONFIGURATIONS, Family, IDENT_NUMBER, PpoDrive, PpoOnly, ppo_of};
@@ -14,10 +14,10 @@ use crate::devices::ppo_drive::{Drive, Settings};
 use crate::gsd::{Level, Policy, Station, did_you_mean};
 use crate::host::fault::{Condition, Switch};
 use crate::host::{
-    GsdStation, HostedPpoDrive, OutputBoard, Participant, PpoJudge, Refusals, StateDir, StateDirError,
-    Stored, gsd_of_file,
+    GsdStation, HostedPpoDrive, Participant, PpoJudge, Refusals, StateDir, StateDirError, Stored, ValueBoard,
+    gsd_of_file,
 };
-use crate::process::{Point, Signal};
+use crate::process::{Elsewhere, Input, Point};
 use crate::profibus::dp::{Application as _, Description, Fixed};
 use crate::profibus::ppo::PpoType;
 use crate::time::{BaudRate, Instant};
@@ -40,7 +40,7 @@ pub struct Prepared {
     /// Its file, if it has one.
     pub station: Option<Station>,
     /// What moves its inputs.
-    pub signals: Vec<Signal>,
+    pub inputs: Vec<Input>,
     /// Which switches its inputs turn.
     pub watched: Vec<(Point, Condition, Switch)>,
     make: Box<Make>,
@@ -52,7 +52,7 @@ type Make = dyn FnOnce(&Ground<'_>, Parts) -> Made + Send;
 /// What a [`Prepared`] device is made of besides what it knows itself.
 pub(super) struct Parts {
     station: Option<Station>,
-    signals: Vec<Signal>,
+    inputs: Vec<Input>,
     watched: Vec<(Point, Condition, Switch)>,
 }
 
@@ -74,7 +74,7 @@ pub struct Ground<'a> {
     /// Where the words of what it refuses go.
     pub refusals: &'a Refusals,
     /// Where stations follow the outputs of others.
-    pub board: &'a OutputBoard,
+    pub board: &'a ValueBoard,
 }
 
 /// Why a device cannot be made.
@@ -90,7 +90,13 @@ pub enum MakeError {
 
 impl Prepared {
     pub(super) fn new(about: String, make: impl FnOnce(&Ground<'_>, Parts) -> Made + Send + 'static) -> Self {
-        Self { about, station: None, signals: Vec::new(), watched: Vec::new(), make: Box::new(make) }
+        Self { about, station: None, inputs: Vec::new(), watched: Vec::new(), make: Box::new(make) }
+    }
+
+    /// The values of other devices that its inputs follow, with the place of the input in the list.
+    pub(crate) fn followed(&self) -> impl Iterator<Item = (usize, &Elsewhere)> {
+        let inputs = self.inputs.iter().enumerate();
+        inputs.flat_map(|(place, input)| input.elsewhere().map(move |elsewhere| (place, elsewhere)))
     }
 
     /// The device, switched on.
@@ -98,8 +104,8 @@ impl Prepared {
     /// # Errors
     /// [`MakeError`].
     pub(crate) fn make(self, ground: &Ground<'_>) -> Made {
-        let Self { station, signals, watched, make, .. } = self;
-        let made = make(ground, Parts { station, signals, watched })?;
+        let Self { station, inputs, watched, make, .. } = self;
+        let made = make(ground, Parts { station, inputs, watched })?;
         if !made.rates().contains(ground.rate) {
             let (address, rate) = (made.address(), ground.rate);
             tracing::warn!("station {address} hears nothing at {rate}: it does not offer this rate");
@@ -180,6 +186,8 @@ pub(super) fn gsd_station(spec: &Spec) -> Result<Prepared, Wrong> {
         Some(names) => plugged(station, names)?,
         None => station,
     };
+    let (given, folder) = &spec.choices.inputs;
+    let inputs = inputs::inputs("input", given, folder, &station)?;
     let (address, gsd) = (spec.address(), station.gsd());
     let about =
         format!("{} {}, ident 0x{:04X}, from its GSD at address {address}", gsd.vendor, gsd.model, gsd.ident);
@@ -193,8 +201,8 @@ pub(super) fn gsd_station(spec: &Spec) -> Result<Prepared, Wrong> {
         }
         let mut hosted = GsdStation::new(address, ground.rate, station, ground.refusals.clone())
             .on_board(ground.board.clone());
-        for signal in parts.signals {
-            hosted.connect(signal);
+        for input in parts.inputs {
+            hosted.connect_input(input);
         }
         for (point, condition, switch) in parts.watched {
             hosted.watch(point, condition, switch);
@@ -204,7 +212,7 @@ pub(super) fn gsd_station(spec: &Spec) -> Result<Prepared, Wrong> {
             None => Box::new(hosted),
         })
     });
-    Ok(Prepared { station: Some(station), ..prepared })
+    Ok(Prepared { station: Some(station), inputs, ..prepared })
 }
 
 /// The station with the modules that are named.

@@ -157,11 +157,17 @@ impl Wrong {
         Self { path: vec![key.to_owned(), inner.to_owned()], is_key: false, words: words.to_string() }
     }
 
-    fn key(key: &str, words: impl ToString) -> Self {
+    /// The same, deeper in.
+    pub(super) fn under(self, outer: &[&str]) -> Self {
+        let path = outer.iter().map(|key| (*key).to_owned()).chain(self.path).collect();
+        Self { path, ..self }
+    }
+
+    pub(super) fn key(key: &str, words: impl ToString) -> Self {
         Self { is_key: true, ..Self::at(key, words) }
     }
 
-    fn whole(words: impl ToString) -> Self {
+    pub(super) fn whole(words: impl ToString) -> Self {
         Self { path: Vec::new(), is_key: false, words: words.to_string() }
     }
 }
@@ -194,7 +200,15 @@ impl Spec {
             return Err(Wrong::whole(format!("the {} is missing; {}", group.place().0, group.expected())));
         }
         let mut given = vec![(group.place_key().to_owned(), Given::Text(place.to_owned()))];
+        let inputs = group.choices().into_iter().find(|choice| choice.takes == Takes::Inputs);
+        let mut moved = Vec::new();
         for part in rest.into_iter().flat_map(|rest| rest.split(',')) {
+            if let Some((_, input)) =
+                part.split_once('=').filter(|(key, _)| inputs.is_some_and(|choice| choice.is(key)))
+            {
+                moved.push(Given::Text(input.to_owned()));
+                continue;
+            }
             let is_flag = |choice: &&Choice| choice.takes == Takes::Flag && choice.is(part);
             given.push(match part.split_once('=') {
                 Some((key, value)) => (key.to_owned(), Given::Text(value.to_owned())),
@@ -204,6 +218,9 @@ impl Spec {
                     return Err(Wrong::key(part, words));
                 }
             });
+        }
+        if let Some(choice) = inputs.filter(|_| !moved.is_empty()) {
+            given.push((choice.key.to_owned(), Given::List(moved)));
         }
         Self::read(group, &given, Path::new(""))
     }
@@ -313,6 +330,9 @@ impl Spec {
                     };
                     self.choices.values.push((name.clone(), *number));
                 }
+            }
+            (Takes::Inputs, Given::List(inputs)) => {
+                self.choices.inputs = (inputs.clone(), folder.to_owned());
             }
             _ => {
                 let picked = choice.pick(value, folder).map_err(|words| Wrong::at(key, words))?;

@@ -1,5 +1,7 @@
 //! Inputs and outputs by slot, octet and type.
 
+use std::path::Path;
+
 use axum::Json;
 use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
@@ -11,7 +13,8 @@ use super::super::problem::{Body, PathOf, Problem};
 use super::super::routes::Place;
 use super::{bus, missing};
 use crate::gsd::{Gsd, Placed};
-use crate::process::{Point, ValueType};
+use crate::host::list::{Given, Wrong, inputs, signals};
+use crate::process::{Input, Point, ValueType};
 use crate::profibus::fdl::Address;
 
 /// A value in a module.
@@ -107,6 +110,61 @@ pub(in crate::panel) async fn release(
         Ok(StatusCode::NO_CONTENT)
     });
     released.await
+}
+
+/// Has an input follow a signal
+///
+/// The body has the keys of `[[line.station.input]]` of a line file (docs/line.md) but `slot`, `octet` and `type`. The
+/// signal takes the place of those that moved the same bits.
+#[cfg_attr(test, utoipa::path(put, path = "/api/v1/lines/{line}/stations/{address}/inputs/{slot}/{octet}/{type}/signal", tag = "modules",
+    request_body = serde_json::Value, responses((status = 200, body = ChannelState), Problems)))]
+pub(in crate::panel) async fn follow(
+    place: Place,
+    PathOf(of): PathOf<OfValue>,
+    Body(given): Body<Given>,
+) -> Result<Json<ChannelState>, Problem> {
+    let Given::Table(given) = given else {
+        return Err(Problem::value("the body must be a JSON object, {...}"));
+    };
+    if given.iter().any(|(key, _)| key == "file") {
+        return Err(Problem::value("file: no file is read for who comes by HTTP; use a line file"));
+    }
+    let wrong = |wrong: Wrong| Problem::value(wrong.words);
+    let source = signals::read(&given, &[], Path::new("")).map_err(wrong)?;
+    let followed = place.ask(move |lent, address| {
+        let to = of.find(lent, address)?;
+        // The octets must be there.
+        let _ = state(lent, address, to, true)?;
+        let connected = bus(lent, address)?.with_modules(Address::from_octet(address), |modules| {
+            let signal = inputs::signal(source, to, modules.slave().application())?;
+            modules.connect_input(Input::new(to, signal));
+            Ok(())
+        });
+        connected.ok_or_else(|| missing(address))?.map_err(wrong)?;
+        state(lent, address, to, true)
+    });
+    followed.await
+}
+
+/// Has an input follow no signal any more
+///
+/// It keeps its value.
+#[cfg_attr(test, utoipa::path(delete, path = "/api/v1/lines/{line}/stations/{address}/inputs/{slot}/{octet}/{type}/signal", tag = "modules",
+    responses((status = 204), Problems)))]
+pub(in crate::panel) async fn stop_following(
+    place: Place,
+    PathOf(of): PathOf<OfValue>,
+) -> Result<StatusCode, Problem> {
+    let stopped = place.ask(move |lent, address| {
+        let point = of.find(lent, address)?;
+        let stopped = bus(lent, address)?
+            .with_modules(Address::from_octet(address), |modules| modules.disconnect_input(point));
+        match stopped.ok_or_else(|| missing(address))? {
+            true => Ok(StatusCode::NO_CONTENT),
+            false => Err(Problem::not_found("no signal moves this input")),
+        }
+    });
+    stopped.await
 }
 
 impl OfValue {

@@ -54,6 +54,9 @@ impl NewStation {
         let names_file = |key: &str| spec.choices.file(key).is_some();
         let files = spec.device.choices().iter().filter(|choice| matches!(choice.takes, Takes::File(_)));
         match files.map(|choice| choice.key).find(|key| names_file(key)) {
+            None if spec.choices.input_of_file() => {
+                Err(Problem::value("input: no file is read for who comes by HTTP; use a line file"))
+            }
             Some(key) => {
                 Err(Problem::value(format!("{key}: no file is read for who comes by HTTP; use a line file")))
             }
