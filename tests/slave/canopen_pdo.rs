@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use profidrive::can_bus::canopen::policy::{EventRule, RtrAnswer, TypeZero};
+use profidrive::can_bus::canopen::policy::{EventRule, RtrAnswer, SyncProducer, TypeZero};
 use profidrive::can_bus::canopen::{Abort, Address, Notice, PdoNumber, Policy, Request, Value};
 
 use crate::canopen_device::rig::Rig;
@@ -382,7 +382,7 @@ fn y_12_sync_with_data_and_sync_on_another_identifier() {
     assert!(rig.data(0x0A0, &[]).is_empty());
     assert_eq!(rig.extended(0x0A0, &[]), ["185#00 00"]);
     assert_eq!(rig.write(0x1005, 0, 0x4000_0080, 4), Err(Abort::RANGE.code()), "no producer");
-    let mut rig = Rig::new(Policy { drop_sync_producer_bit: true, ..Policy::CIA_301 });
+    let mut rig = Rig::new(Policy { sync_producer: SyncProducer::Dropped, ..Policy::CIA_301 });
     rig.write(0x1005, 0, 0x4000_0080, 4).unwrap();
     assert_eq!(rig.read(0x1005, 0), Ok(0x80));
 }

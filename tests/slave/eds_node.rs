@@ -354,6 +354,84 @@ fn eds_41_a_mapping_changes_by_the_rule_only() {
     assert_eq!(rig.sync(), ["185#FEFFFF0000C03F"]);
 }
 
+/// 1005h, 1006h, 1019h and a TPDO of type 2 that begins with the SYNC of the counter 3.
+const SYNC: &str = "[1005]\nDataType=7\nAccessType=rw\nDefaultValue=0x80000080\n[1006]\nDataType=7\nAccessType=rw\n\
+    [1019]\nDataType=5\nAccessType=rw\n[1800]\nObjectType=9\nSubNumber=4\n[1800sub0]\nDataType=5\nAccessType=ro\n\
+    DefaultValue=6\n[1800sub1]\nDataType=7\nAccessType=rw\nDefaultValue=$NODEID+0x180\n[1800sub2]\nDataType=5\n\
+    AccessType=rw\nDefaultValue=2\n[1800sub6]\nDataType=5\nAccessType=rw\nDefaultValue=3\n[1A00]\nObjectType=9\n\
+    SubNumber=2\n[1A00sub0]\nDataType=5\nAccessType=rw\nDefaultValue=1\n[1A00sub1]\nDataType=7\nAccessType=rw\n\
+    DefaultValue=0x20000008\n[2000]\nDataType=5\nAccessType=ro\nDefaultValue=7\nPDOMapping=1\n";
+
+#[test]
+fn eds_43_the_node_produces_sync_with_its_counter() {
+    let mut rig = Rig::text(SYNC);
+    let millis = Duration::from_millis;
+    let cob_id = |number: u32| number.to_le_bytes();
+    rig.write(0x1019, 0, &[4]).unwrap();
+    assert_eq!(rig.write(0x1019, 0, &[241]), Err(0x0609_0030));
+    rig.write(0x1006, 0, &cob_id(10_000)).unwrap();
+    assert_eq!(rig.write(0x1019, 0, &[5]), Err(0x0800_0022), "SYNC has a period");
+    assert_eq!(rig.pass(millis(50)), [""; 0], "bit 30 is 0");
+    rig.write(0x1005, 0, &cob_id(0x4000_0080)).unwrap();
+    assert_eq!(rig.write(0x1005, 0, &cob_id(0x4000_0081)), Err(0x0800_0022), "it is on");
+    assert_eq!(rig.pass(millis(50)), ["080#01", "080#02", "080#03", "080#04", "080#01"]);
+    rig.start();
+    // Sub-index 6 is 3: that SYNC is the first that counts, and every second one is meant.
+    assert_eq!(
+        rig.pass(millis(60)),
+        ["080#02", "080#03", "080#04", "185#07", "080#01", "080#02", "185#07", "080#03"]
+    );
+    rig.data(0, &[2, NODE]);
+    assert_eq!(rig.pass(millis(50)), [""; 0], "STOPPED");
+    rig.data(0, &[0x80, NODE]);
+    assert_eq!(rig.pass(millis(20)), ["080#01", "080#02"]);
+    rig.write(0x1005, 0, &cob_id(0x80)).unwrap();
+    assert_eq!(rig.pass(millis(50)), [""; 0]);
+}
+
+#[test]
+fn eds_43_the_counter_of_another_producer_starts_a_tpdo() {
+    let mut rig = Rig::text(SYNC);
+    rig.write(0x1019, 0, &[4]).unwrap();
+    rig.start();
+    let mut counted = |counter: u8| rig.data(0x80, &[counter]);
+    assert_eq!([1, 2, 3].map(&mut counted), [const { Vec::<String>::new() }; 3]);
+    assert_eq!([4, 1, 2].map(counted).concat(), ["185#07", "185#07"]);
+}
+
+/// A gap of one bit, two BOOLEAN, an INTEGER16 across octets, and back.
+#[test]
+fn eds_40_eds_44_bits_are_packed_low_bit_first_and_gaps_are_those_of_the_file() {
+    let bits = |index: u16, access: &str| var(index, 1, access, "PDOMapping=1");
+    let record = |index: u16, subs: &[(u8, u8, u32)]| {
+        let entries = subs.iter().map(|(sub, data, default)| {
+            format!("[{index:04X}sub{sub}]\nDataType={data}\nAccessType=rw\nDefaultValue={default}\n")
+        });
+        format!("[{index:04X}]\nObjectType=9\nSubNumber={}\n", subs.len()) + &entries.collect::<String>()
+    };
+    let words = |first: u32| [(1, 7, first), (2, 7, 0x2000_0001), (3, 7, 0x2001_0001), (4, 7, 0x2002_0010)];
+    let text = "[DummyUsage]\nDummy0001=1\nDummy0005=0\n".to_owned()
+        + &bits(0x2000, "rw")
+        + &bits(0x2001, "rw")
+        + &var(0x2002, 3, "rw", "PDOMapping=1")
+        + &record(0x1400, &[(0, 5, 2), (1, 7, 0x205), (2, 5, 255)])
+        + &record(0x1600, &[&[(0, 5, 4)][..], &words(0x0001_0001)].concat())
+        + &record(0x1800, &[(0, 5, 2), (1, 7, 0x185), (2, 5, 1)])
+        + &record(0x1A00, &[&[(0, 5, 3)][..], &words(0x2000_0001)].concat());
+    let mut rig = Rig::text(&text);
+    rig.start();
+    // 1 | 0 | 1 | FFFEh
+    rig.data(0x205, &[0b1111_0101, 0xFF, 0b0000_0111]);
+    assert_eq!((rig.number(0x2000, 0), rig.number(0x2001, 0), rig.number(0x2002, 0)), (0, 1, 0xFFFE));
+    rig.write(0x2000, 0, &[1]).unwrap();
+    assert_eq!(rig.sync(), ["185#07"], "the first BOOLEAN twice, then the second");
+    assert_eq!(rig.write(0x2000, 0, &[2]), Err(0x0609_0031));
+    rig.write(0x1400, 1, &0x8000_0205_u32.to_le_bytes()).unwrap();
+    rig.write(0x1600, 0, &[0]).unwrap();
+    assert_eq!(rig.write(0x1600, 1, &0x0005_0008_u32.to_le_bytes()), Err(0x0604_0041), "Dummy0005 is 0");
+    rig.write(0x1600, 1, &0x0001_0001_u32.to_le_bytes()).unwrap();
+}
+
 #[test]
 fn eds_46_to_49_what_is_stored_comes_back_until_it_is_loaded_away() {
     let mut rig = Rig::file("pump.eds");

@@ -8,6 +8,7 @@
 //! | 1010h, 1011h | store, load defaults |
 //! | 1014h, 1015h | EMCY: COB-ID, inhibit time |
 //! | 1016h, 1017h | heartbeat: consumers, producer |
+//! | 1019h | SYNC counter |
 //! | 1029h | error behaviour |
 //! | 1400h, 1600h | RPDOs 1 to 8: communication, mapping |
 //! | 1800h, 1A00h | TPDOs 1 to 8: communication, mapping |
@@ -50,6 +51,8 @@ pub enum Parameter {
     Consumer(u8),
     /// 1017h in milliseconds.
     Heartbeat,
+    /// 1019h.
+    SyncCounter,
     /// 1029h:1.
     ErrorBehaviour,
     /// 14xxh and 16xxh.
@@ -98,6 +101,7 @@ impl Parameter {
             (0x1015, 0) => Self::EmcyInhibit,
             (0x1016, 1..=8) => Self::Consumer(sub - 1),
             (0x1017, 0) => Self::Heartbeat,
+            (0x1019, 0) => Self::SyncCounter,
             (0x1029, 1) => Self::ErrorBehaviour,
             (0x1400..=0x1407, 1..=6) => match (pdo_number(index), communication(sub)) {
                 (Some(pdo), Some(field)) => Self::Rpdo(pdo, field),
@@ -150,6 +154,7 @@ pub(super) struct Communication {
     pub(super) sync_id: u32,
     pub(super) sync_period: u32,
     pub(super) sync_window: u32,
+    pub(super) sync_counter: u8,
     pub(super) guard_time: u16,
     pub(super) life_time_factor: u8,
     pub(super) emcy_id: u32,
@@ -192,6 +197,7 @@ impl Communication {
         sync_id: super::cob_id::SYNC as u32,
         sync_period: 0,
         sync_window: 0,
+        sync_counter: 0,
         guard_time: 0,
         life_time_factor: 0,
         emcy_id: super::cob_id::CobId::INVALID,
@@ -218,6 +224,7 @@ impl Communication {
             Parameter::SyncId => self.sync_id,
             Parameter::SyncPeriod => self.sync_period,
             Parameter::SyncWindow => self.sync_window,
+            Parameter::SyncCounter => self.sync_counter.into(),
             Parameter::GuardTime => self.guard_time.into(),
             Parameter::LifeTimeFactor => self.life_time_factor.into(),
             Parameter::EmcyId => self.emcy_id,
@@ -242,6 +249,7 @@ impl Communication {
             Parameter::SyncId => self.sync_id = value,
             Parameter::SyncPeriod => self.sync_period = value,
             Parameter::SyncWindow => self.sync_window = value,
+            Parameter::SyncCounter => self.sync_counter = value as u8,
             Parameter::GuardTime => self.guard_time = value as u16,
             Parameter::LifeTimeFactor => self.life_time_factor = value as u8,
             Parameter::EmcyId => self.emcy_id = value,

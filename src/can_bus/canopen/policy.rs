@@ -40,8 +40,10 @@ pub struct Policy {
     pub extended_ids: bool,
     /// The answer to another identifier for a PDO or EMCY that is on, `None` if that is accepted.
     pub change_while_valid: Option<Abort>,
-    /// Whether bit 30 of 1005h (produce SYNC) is dropped; if not it is refused.
-    pub drop_sync_producer_bit: bool,
+    /// What bit 30 of 1005h (produce SYNC) does.
+    pub sync_producer: SyncProducer,
+    /// The types that an RPDO may map as a gap, bit n for type n.
+    pub dummies: u8,
     /// 301: when a TPDO of type 0 is sent.
     pub type_0: TypeZero,
     /// 302: what sends a TPDO of type 254.
@@ -88,7 +90,8 @@ impl Policy {
         load: LoadRule::Erase,
         extended_ids: true,
         change_while_valid: Some(Abort::DEVICE_STATE),
-        drop_sync_producer_bit: false,
+        sync_producer: SyncProducer::Refused,
+        dummies: 0b1111_1100,
         type_0: TypeZero::OnChange,
         type_254: EventRule::CIA_301,
         type_255: EventRule::CIA_301,
@@ -126,6 +129,17 @@ pub enum OutOfRange {
     TooHighTooLow,
     /// One code for all.
     One(Abort),
+}
+
+/// What bit 30 of 1005h does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SyncProducer {
+    /// It is refused: the node produces no SYNC.
+    Refused,
+    /// It is dropped.
+    Dropped,
+    /// The node produces SYNC with the period of 1006h. Bit 31 has no meaning.
+    Produced,
 }
 
 /// When the NMT state is checked.

@@ -8,7 +8,7 @@ use crate::can_bus::canopen::dictionary::{
     self, Access, Default, Home, Limits, Mapping, Object, ObjectType, Writable,
 };
 use crate::can_bus::canopen::parameter::Parameter;
-use crate::can_bus::canopen::policy::{OutOfRange, Policy};
+use crate::can_bus::canopen::policy::{OutOfRange, Policy, SyncProducer};
 use crate::can_bus::canopen::value::{DataType, ValueKind};
 use crate::can_bus::canopen::{Abort, Address, NodeId, Value};
 use crate::devices::vocabulary::{self, Vocabulary};
@@ -127,7 +127,12 @@ impl Dictionary {
 
     /// How the node behaves.
     pub(super) const fn policy(&self) -> Policy {
-        Policy { out_of_range: OutOfRange::TooHighTooLow, ..Policy::CIA_301 }
+        Policy {
+            out_of_range: OutOfRange::TooHighTooLow,
+            sync_producer: SyncProducer::Produced,
+            dummies: self.eds.dummies,
+            ..Policy::CIA_301
+        }
     }
 
     /// The place of an entry in the rows.

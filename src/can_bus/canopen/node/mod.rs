@@ -97,6 +97,10 @@ pub struct Node {
     heartbeat_due: Option<Instant>,
     consumers: [Consumer; MAX_CONSUMERS],
     sync_window_ends: Option<Instant>,
+    /// When the node sends the next SYNC.
+    sync_due: Option<Instant>,
+    /// The counter of the last SYNC that it sent.
+    syncs_sent: u8,
     rpdos: [Rpdo; MAX_PDOS],
     tpdos: [Tpdo; MAX_PDOS],
     frames: Deque<Frame, MAX_FRAMES>,
@@ -125,6 +129,8 @@ impl Node {
             heartbeat_due: None,
             consumers: [Consumer::Waiting; MAX_CONSUMERS],
             sync_window_ends: None,
+            sync_due: None,
+            syncs_sent: 0,
             rpdos: [const { Rpdo::OFF }; MAX_PDOS],
             tpdos: [const { Tpdo::OFF }; MAX_PDOS],
             frames: Deque::new(),
@@ -243,7 +249,7 @@ impl Node {
                 return false;
             }
         } else if CobId(self.values.sync_id).id() == Some(id) {
-            self.sync(now, app);
+            self.sync(now, frame.octets().first().copied(), app);
         } else if let Some(pdo) = self.rpdo_of(id) {
             self.rpdo_received(now, pdo, frame, app);
         } else {
@@ -259,6 +265,7 @@ impl Node {
             self.consumer_timeout(now, app);
             self.emcy_timeout(now);
             self.heartbeat_timeout(now);
+            self.sync_timeout(now, app);
             self.settle(now, app);
         }
     }
@@ -285,6 +292,7 @@ impl Node {
         let state = self.state?;
         let mut due = Instant::first_of(self.heartbeat_due, self.guarding.due());
         due = Instant::first_of(due, self.errors.due());
+        due = Instant::first_of(due, self.sync_due.filter(|_| state.serves_sdo()));
         for consumer in &self.consumers {
             due = Instant::first_of(due, consumer.due());
         }
@@ -324,6 +332,9 @@ impl Node {
             return;
         }
         self.state = Some(to);
+        if !from.serves_sdo() {
+            self.restart_sync(now);
+        }
         if !to.serves_sdo() {
             self.sdo.end();
             self.storage.forget_answer();

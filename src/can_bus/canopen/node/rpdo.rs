@@ -104,15 +104,10 @@ impl Node {
         for place in 0..MAX_MAPPED {
             let piece = self.rpdos.get(pdo.place()).and_then(|rpdo| rpdo.pieces.get(place));
             let Some(&piece) = piece else { break };
-            let end = begin + piece.octets;
-            let octets = data.get(begin..end).unwrap_or_default();
-            begin = end;
-            let Some(entry) = piece.entry else { continue };
             // A mapping may take less than the whole entry: the rest is zero.
-            let mut value = [0; 8];
-            for (place, octet) in value.iter_mut().zip(octets) {
-                *place = *octet;
-            }
+            let value = piece.take(u64::from_le_bytes(data), begin).to_le_bytes();
+            begin += piece.bits;
+            let Some(entry) = piece.entry else { continue };
             let value = value.get(..entry.data.octets().unwrap_or_default()).unwrap_or_default();
             let judged = match entry.data.decode(value) {
                 Some(value) if self.policy.rpdo_limits => self.policy.judge_range(entry, value),

@@ -10,7 +10,7 @@ use crate::can_bus::canopen::dictionary::{Entry, Limits};
 use crate::can_bus::canopen::parameter::{Parameter, PdoField, PdoParameters};
 use crate::can_bus::canopen::pdo::mapping::{self, Direction};
 use crate::can_bus::canopen::pdo::{PdoNumber, TransmissionType};
-use crate::can_bus::canopen::policy::Storing;
+use crate::can_bus::canopen::policy::{Storing, SyncProducer};
 use crate::can_bus::canopen::refusal::{Broken, Rule};
 use crate::time::Instant;
 
@@ -47,6 +47,7 @@ impl Node {
             Parameter::SyncId
             | Parameter::SyncPeriod
             | Parameter::SyncWindow
+            | Parameter::SyncCounter
             | Parameter::GuardTime
             | Parameter::LifeTimeFactor
             | Parameter::EmcyId
@@ -84,6 +85,7 @@ impl Node {
             Parameter::SyncId
             | Parameter::SyncPeriod
             | Parameter::SyncWindow
+            | Parameter::SyncCounter
             | Parameter::GuardTime
             | Parameter::LifeTimeFactor
             | Parameter::EmcyId
@@ -108,6 +110,7 @@ impl Node {
                 Err(Broken::rule(Abort::RANGE, Rule::Limits(Limits::Range(0, 0))))
             }
             Parameter::SyncId => self.judge_sync_id(value),
+            Parameter::SyncCounter => self.judge_sync_counter(value),
             Parameter::EmcyId => {
                 let value = self.judge_cob_id(self.values.emcy_id, value, "EMCY is on (bit 31 is 0)")?;
                 without_bit_30(value)
@@ -141,15 +144,39 @@ impl Node {
     }
 
     fn judge_sync_id(&self, value: u32) -> Result<u32, Broken> {
-        let value = if self.policy.drop_sync_producer_bit { value & !CobId::BIT_30 } else { value };
-        let id = CobId(value);
-        if id.bit_30() || !id.is_valid() {
-            return Err(Broken::rule(Abort::RANGE, Rule::But("bits 30 and 31 must be 0")));
+        let value = match self.policy.sync_producer {
+            SyncProducer::Dropped => value & !CobId::BIT_30,
+            SyncProducer::Refused | SyncProducer::Produced => value,
+        };
+        let (id, old) = (CobId(value), CobId(self.values.sync_id));
+        match self.policy.sync_producer {
+            SyncProducer::Refused | SyncProducer::Dropped if id.bit_30() || !id.is_valid() => {
+                return Err(Broken::rule(Abort::RANGE, Rule::But("bits 30 and 31 must be 0")));
+            }
+            SyncProducer::Produced if id.bit_30() && old.bit_30() && id.id() != old.id() => {
+                return Err(Broken::rule(
+                    self.policy.wrong_state,
+                    Rule::But("the node produces SYNC (bit 30 is 1)"),
+                ));
+            }
+            SyncProducer::Refused | SyncProducer::Dropped | SyncProducer::Produced => {}
         }
         if !self.is_identifier(id) || id.is_restricted() {
             return Err(Broken::rule(Abort::RANGE, NO_IDENTIFIER));
         }
         Ok(value)
+    }
+
+    /// The highest SYNC counter: 0 none, 2 to 240.
+    fn judge_sync_counter(&self, value: u32) -> Result<u32, Broken> {
+        if self.values.sync_period != 0 && value != u32::from(self.values.sync_counter) {
+            let rule = Rule::But("SYNC has a period (1006h is not 0)");
+            return Err(Broken::rule(self.policy.wrong_state, rule));
+        }
+        match value {
+            0 | 2..=240 => Ok(value),
+            1 | 241.. => Err(Broken::rule(Abort::RANGE, Rule::But("it must be 0 or 2 to 240"))),
+        }
     }
 
     /// The rules of COB-IDs of PDOs and EMCY: a service that is on keeps its identifier. `on` says that it is on.
@@ -216,7 +243,7 @@ impl Node {
                 }
                 let count = usize::try_from(value).unwrap_or(usize::MAX);
                 let words = values.mapped.get(..count).ok_or(Abort::PDO_LENGTH)?;
-                mapping::judge_count(self.objects, direction, words)?;
+                mapping::judge_count(self.objects, direction, words, self.policy.dummies)?;
                 Ok(value)
             }
             (PdoField::Mapped(_), direction) => {
@@ -224,7 +251,7 @@ impl Node {
                 if on || values.count != 0 {
                     return Err(Broken::rule(self.policy.wrong_state, Rule::But(but)));
                 }
-                mapping::judge_word(self.objects, direction, value)?;
+                mapping::judge_word(self.objects, direction, value, self.policy.dummies)?;
                 Ok(value)
             }
             (
@@ -244,6 +271,7 @@ impl Node {
                 }
             }
             Parameter::SyncWindow => self.sync_window_ends = None,
+            Parameter::SyncId | Parameter::SyncPeriod | Parameter::SyncCounter => self.restart_sync(now),
             Parameter::Rpdo(pdo, _) => self.set_up_rpdo(pdo),
             Parameter::Tpdo(pdo, PdoField::EventTimer) => self.restart_event_timer(now, pdo),
             Parameter::Tpdo(_, PdoField::Inhibit | PdoField::Reserved | PdoField::SyncStart) => {}
@@ -254,8 +282,6 @@ impl Node {
             Parameter::ErrorRegister
             | Parameter::HistoryCount
             | Parameter::History(_)
-            | Parameter::SyncId
-            | Parameter::SyncPeriod
             | Parameter::GuardTime
             | Parameter::LifeTimeFactor
             | Parameter::Store(_)
@@ -269,6 +295,7 @@ impl Node {
     /// Puts all values into effect, after a reset.
     pub(super) fn follow_all(&mut self, now: Instant, app: &dyn Application) {
         self.restart_heartbeat(now);
+        self.restart_sync(now);
         self.sync_window_ends = None;
         self.consumers = [Consumer::Waiting; crate::can_bus::canopen::parameter::MAX_CONSUMERS];
         for pdo in PdoNumber::ALL {

@@ -21,6 +21,8 @@ pub(super) struct Tpdo {
     octets: usize,
     /// SYNCs since it was sent last.
     syncs: u8,
+    /// It does not count before the SYNC with this counter (sub-index 6).
+    starts_at: Option<u8>,
     /// What was sent last, or sampled last: what a change is held against.
     data: [u8; 8],
     /// Something happened that is not sent yet.
@@ -38,6 +40,7 @@ impl Tpdo {
         pieces: Pieces::new(),
         octets: 0,
         syncs: 0,
+        starts_at: None,
         data: [0; 8],
         event: false,
         inhibited_until: Instant::ZERO,
@@ -60,8 +63,10 @@ impl Node {
         let id = CobId(values.cob_id).active().filter(|_| octets != 0);
         let trigger = TransmissionType(values.kind).trigger();
         let data = if id.is_some() { self.sample(&pieces, app) } else { [0; 8] };
+        let starts_at =
+            (self.values.sync_counter != 0 && values.sync_start != 0).then_some(values.sync_start);
         if let Some(tpdo) = self.tpdos.get_mut(pdo.place()) {
-            *tpdo = Tpdo { id, trigger, pieces, octets, data, ..Tpdo::OFF };
+            *tpdo = Tpdo { id, trigger, pieces, octets, data, starts_at, ..Tpdo::OFF };
         }
         self.restart_event_timer(now, pdo);
     }
@@ -86,18 +91,25 @@ impl Node {
     }
 
     /// SYNC: samples, counts and sends.
-    pub(super) fn send_synchronous_tpdos(&mut self, now: Instant, app: &dyn Application) {
+    pub(super) fn send_synchronous_tpdos(
+        &mut self,
+        now: Instant,
+        counter: Option<u8>,
+        app: &dyn Application,
+    ) {
         for (place, pdo) in (0..MAX_PDOS).zip(PdoNumber::ALL) {
             let Some(tpdo) = self.tpdos.get(place) else { continue };
             if tpdo.id.is_none() {
                 continue;
             }
             match tpdo.trigger {
+                Trigger::EverySync(_) if tpdo.starts_at.is_some() && tpdo.starts_at != counter => {}
                 Trigger::EverySync(n) => {
                     let syncs = tpdo.syncs.saturating_add(1);
                     let send = syncs >= n;
                     if let Some(tpdo) = self.tpdos.get_mut(place) {
                         tpdo.syncs = if send { 0 } else { syncs };
+                        tpdo.starts_at = None;
                     }
                     if send {
                         self.sample_and_send(now, pdo, app);
@@ -171,21 +183,20 @@ impl Node {
 
     /// The values of the pieces now. One that cannot be read is zero.
     pub(super) fn sample(&self, pieces: &Pieces, app: &dyn Application) -> [u8; 8] {
-        let mut data = [0; 8];
+        let mut data = 0;
         let mut begin = 0;
         for piece in pieces {
-            let end = begin + piece.octets;
-            if let (Some(entry), Some(room)) = (piece.entry, data.get_mut(begin..end)) {
+            if let Some(entry) = piece.entry {
                 let _ = self.value_with(piece.at, entry, app, |octets| {
-                    for (place, octet) in room.iter_mut().zip(octets) {
-                        *place = *octet;
-                    }
+                    let mut low = [0; 8];
+                    low.iter_mut().zip(octets).for_each(|(place, octet)| *place = *octet);
+                    data |= piece.place(u64::from_le_bytes(low), begin);
                     Ok(())
                 });
             }
-            begin = end;
+            begin += piece.bits;
         }
-        data
+        data.to_le_bytes()
     }
 
     /// 1800h:5 was written, or the PDO was sent.

@@ -13,6 +13,7 @@ use crate::can_bus::canopen::abort::Abort;
 use crate::can_bus::canopen::address::Address;
 use crate::can_bus::canopen::dictionary;
 use crate::can_bus::canopen::dictionary::{Entry, Object};
+use crate::can_bus::canopen::value::DataType;
 
 /// The most octets of a PDO.
 const MAX_OCTETS: u32 = 8;
@@ -65,7 +66,24 @@ pub(in crate::can_bus::canopen) struct Piece {
     pub(in crate::can_bus::canopen) at: Address,
     /// `None` for a dummy.
     pub(in crate::can_bus::canopen) entry: Option<&'static Entry>,
-    pub(in crate::can_bus::canopen) octets: usize,
+    /// How many of its low bits. They follow one another, the low one first.
+    pub(in crate::can_bus::canopen) bits: u32,
+}
+
+impl Piece {
+    /// Its bits at their place in a PDO.
+    pub(in crate::can_bus::canopen) fn place(&self, value: u64, begin: u32) -> u64 {
+        (value & self.mask()).checked_shl(begin).unwrap_or(0)
+    }
+
+    /// Its bits from their place in a PDO.
+    pub(in crate::can_bus::canopen) fn take(&self, data: u64, begin: u32) -> u64 {
+        data.checked_shr(begin).unwrap_or(0) & self.mask()
+    }
+
+    const fn mask(&self) -> u64 {
+        if self.bits < 64 { (1 << self.bits) - 1 } else { u64::MAX }
+    }
 }
 
 /// The pieces of a PDO, in their order in the frame.
@@ -83,14 +101,15 @@ pub(in crate::can_bus::canopen) fn pieces(objects: &'static [Object], words: &[u
                 Err(_) => continue,
             },
         };
-        let _ = pieces.push(Piece { at: word.at, entry, octets: usize::from(word.bits / 8) });
+        let _ = pieces.push(Piece { at: word.at, entry, bits: word.bits.into() });
     }
     pieces
 }
 
 /// Octets of all pieces.
 pub(in crate::can_bus::canopen) fn octets(pieces: &Pieces) -> usize {
-    pieces.iter().map(|piece| piece.octets).sum::<usize>().min(8)
+    let bits: u32 = pieces.iter().map(|piece| piece.bits).sum();
+    usize::try_from(bits.div_ceil(8)).unwrap_or(8).min(8)
 }
 
 /// Whether one word may be written to a mapping. Zero is an empty place.
@@ -98,13 +117,15 @@ pub(in crate::can_bus::canopen) fn judge_word(
     objects: &'static [Object],
     direction: Direction,
     word: u32,
+    dummies: u8,
 ) -> Result<(), Abort> {
     if word == 0 {
         return Ok(());
     }
     let word = MappingWord::decode(word);
     if let (Some(bits), Direction::Receive) = (word.dummy_bits(), direction) {
-        return if bits == word.bits && bits.is_multiple_of(8) { Ok(()) } else { Err(Abort::NOT_MAPPABLE) };
+        let allowed = dummies.checked_shr(word.at.index.0.into()).is_some_and(|dummies| dummies & 1 == 1);
+        return if bits == word.bits && allowed { Ok(()) } else { Err(Abort::NOT_MAPPABLE) };
     }
     let entry = dictionary::entry(objects, word.at)?;
     let mappable = match direction {
@@ -112,7 +133,8 @@ pub(in crate::can_bus::canopen) fn judge_word(
         Direction::Transmit => entry.sendable(),
     };
     let bits = entry.data.octets().map(|octets| octets * 8);
-    if mappable && bits == Some(usize::from(word.bits)) { Ok(()) } else { Err(Abort::NOT_MAPPABLE) }
+    let fits = bits == Some(usize::from(word.bits)) || entry.data == DataType::Boolean && word.bits == 1;
+    if mappable && fits { Ok(()) } else { Err(Abort::NOT_MAPPABLE) }
 }
 
 /// Whether so many words make a PDO.
@@ -120,13 +142,14 @@ pub(in crate::can_bus::canopen) fn judge_count(
     objects: &'static [Object],
     direction: Direction,
     words: &[u32],
+    dummies: u8,
 ) -> Result<(), Abort> {
     let mut bits = 0;
     for word in words {
         if *word == 0 {
             return Err(Abort::NO_OBJECT);
         }
-        judge_word(objects, direction, *word)?;
+        judge_word(objects, direction, *word, dummies)?;
         bits += u32::from(MappingWord::decode(*word).bits);
     }
     if bits > MAX_OCTETS * 8 { Err(Abort::PDO_LENGTH) } else { Ok(()) }

@@ -4,7 +4,7 @@ use super::quirks::Quirks;
 use crate::can_bus::canopen::policy::{
     ErrorControlRule, EventRule, LoadRule, OutOfRange, StateCheck, Storing,
 };
-use crate::can_bus::canopen::policy::{TypeZero, WrongLength};
+use crate::can_bus::canopen::policy::{SyncProducer, TypeZero, WrongLength};
 use crate::can_bus::canopen::{Abort, NodeId, Policy};
 use crate::devices::ag03::drive;
 use crate::devices::ag03::param;
@@ -48,7 +48,7 @@ const POLICY: Policy = Policy {
     storing: Storing::OnWrite,
     load: LoadRule::Erase,
     change_while_valid: None,
-    drop_sync_producer_bit: true,
+    sync_producer: SyncProducer::Dropped,
     type_0: TypeZero::EverySync,
     type_254: EventRule::CIA_301,
     type_255: EventRule::TIMER,
