@@ -129,6 +129,19 @@ pub trait CanopenDevice: Send {
         self.node().state().is_some()
     }
 
+    /// The bit rates that it can have, in bit/s; none: those of its data sheet.
+    fn rates(&self) -> &'static [u32] {
+        &[]
+    }
+
+    /// The bit rate in force since its last start, in bit/s; `None`: that of its bus, whichever it is.
+    fn bits_per_second(&self) -> Option<u32> {
+        None
+    }
+
+    /// Gives it one of [`rates`](Self::rates), as if it had been stored before the last start.
+    fn set_rate(&mut self, _bits_per_second: u32) {}
+
     /// Supply on.
     fn power_on(&mut self, now: Instant);
 

@@ -57,6 +57,7 @@ impl Rig {
 #[test]
 fn every_node_is_listed_with_its_device_state_and_display() {
     let rig = Rig::start(&["5", "6,device=ap10", "7,device=asda-a2"]);
+    rig.wait_for(6, "the end of its display test", |state| state.row(0) != "88888888");
     let listed = rig.emulator.get("/api/v1/stations");
     let nodes = listed["stations"].as_array().unwrap();
     let of = |name: &str| nodes.iter().map(|node| node[name].clone()).collect::<Vec<_>>();
@@ -205,7 +206,7 @@ fn the_shaft_the_battery_and_the_keys_of_an_ap10_are_seen_on_the_bus_and_on_its_
     let mut rig = Rig::start(&["6,device=ap10"]);
     rig.set("PATCH", "6/inputs", &json!({"shaft_revolutions": -2.5}));
     assert_eq!(rig.read(6, "046000").cast_signed(), -2200);
-    assert_eq!(rig.get("6").row(0), "-2200");
+    rig.wait_for(6, "its position behind the display test", |state| state.row(0) == "-2200");
     for (fault, code, shown) in [
         ("battery-critical", 0xFF20, "battery critical"),
         ("battery-empty", 0x3200, "battery empty"),

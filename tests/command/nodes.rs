@@ -243,6 +243,59 @@ fn each_node_answers_for_itself_and_boots_when_it_is_told() {
     }
 }
 
+/// FC-8
+#[test]
+fn a_node_at_another_rate_is_silent_until_the_master_changes_over() {
+    let emulator =
+        Emulator::start(&["--node", "5", "--node", "6,device=asda-a2", "--link", "slcan-tcp:127.0.0.1:0"]);
+    let mut master = Master::open(adapter(&emulator));
+    // A rate that no node has is none of the bus.
+    for line in ["C", "S3", "O"] {
+        master.send(line);
+    }
+    assert_eq!(master.sdo(5, "2F00210007000000"), "6000210000000000", "2100h = 125 kbit/s");
+    master.send("t00028105");
+    master.send("t60584000100000000000");
+    assert_eq!(&master.sdo(6, "4000100000000000")[..8], "43001000", "node 5 would have answered before");
+    for line in ["C", "S4", "O"] {
+        master.send(line);
+    }
+    master.send("t00028105");
+    assert_eq!(master.frame(0x705), "00");
+    master.send("t60684000100000000000");
+    assert_eq!(&master.sdo(5, "4000100000000000")[..8], "43001000");
+    emulator.signal("TERM");
+    let (_, _, log) = emulator.end();
+    for said in [
+        "rate set to 100 kbit/s (S3), which no node has; the bus in memory keeps 500000 bit/s, on a real bus the nodes would be \
+         silent",
+        "node 5 (ag03-1): its rate is 125000 bit/s and that of the bus 500000 bit/s: it is silent and hears nothing until the \
+         master uses 125000 bit/s",
+        "rate set to 125 kbit/s (S4), which the bus has now",
+        "node 5 (ag03-1): its rate is that of the bus again, 125000 bit/s: it hears and answers",
+        "node 6 (asda-a2): its rate is 500000 bit/s and that of the bus 125000 bit/s",
+    ] {
+        assert!(log.contains(said), "{said}\n{log}");
+    }
+}
+
+/// FC-8
+#[test]
+fn the_rate_of_the_command_line_is_one_of_the_nodes_and_theirs() {
+    let emulator = Emulator::start(&["--node", "5", "--baud", "100000", "--link", "slcan-tcp:127.0.0.1:0"]);
+    let mut master = Master::open(adapter(&emulator));
+    assert_eq!(master.sdo(5, "4000210000000000"), "4F00210006000000", "2100h = 100 kbit/s");
+    refused(
+        &["emulate", "--node", "5", "--baud", "800000"],
+        "the CAN bus of an ag03-1 has another rate; expected --baud with one of 15625, 20000, 25000, 40000, 50000, 62500, \
+         100000, 125000, 200000, 250000, 500000, 1000000",
+    );
+    refused(
+        &["emulate", "--node", "5", "--baud", "300000"],
+        "; on a CAN bus one of 10000, 15625, 20000, 25000,",
+    );
+}
+
 #[test]
 fn a_can_interface_that_is_not_there_is_an_error_that_says_where_to_look() {
     let output = crate::emulator::output(&["emulate", "--node", "5", "--link", "socketcan:no-such0"]);

@@ -4,7 +4,6 @@ use core::ops::RangeInclusive;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use crate::can_bus::can::BitRate;
 use crate::host::can;
 use crate::host::fault::{BusKind, Rule};
 use crate::host::list::{DEVICES, Device, Group, RATES, Spec};
@@ -348,11 +347,9 @@ impl Emulate {
         }
         let Some(baud) = self.baud else { return Ok(()) };
         for product in self.nodes.iter().filter_map(|node| node.device.product()) {
-            let rates = product.sheet.kilobits;
-            let known =
-                |rate: BitRate| rates.iter().any(|kilo| u32::from(*kilo) * 1000 == rate.bits_per_second());
-            if !baud.can().is_some_and(known) {
-                let rates: Vec<_> = rates.iter().map(|kilo| format!("{kilo}000")).collect();
+            let rates = product.rates();
+            if !baud.can().is_some_and(|rate| rates.contains(&rate.bits_per_second())) {
+                let rates: Vec<_> = rates.iter().map(u32::to_string).collect();
                 return Err(format!(
                     "the CAN bus of an {} has another rate; expected --baud with one of {}",
                     product.name,

@@ -84,8 +84,11 @@ pub(crate) enum BaudSpec {
     Can(BitRate),
 }
 
-/// The rates that CiA 301 recommends, and 100 kbit/s, in kbit/s.
-const CAN_RATES: [u32; 9] = [10, 20, 50, 100, 125, 250, 500, 800, 1000];
+/// The rates that CiA 301 recommends and those that nodes have besides, in bit/s.
+const CAN_RATES: [u32; 15] = [
+    10_000, 15_625, 20_000, 25_000, 40_000, 50_000, 62_500, 100_000, 125_000, 200_000, 250_000, 500_000,
+    750_000, 800_000, 1_000_000,
+];
 
 impl BaudSpec {
     /// The rate of a PROFIBUS line.
@@ -103,7 +106,7 @@ impl BaudSpec {
             Self::Can(rate) => Some(rate),
             Self::Fixed(rate) => BitRate::from_bits_per_second(rate.bits_per_second())
                 .ok()
-                .filter(|rate| CAN_RATES.contains(&(rate.bits_per_second() / 1000))),
+                .filter(|rate| CAN_RATES.contains(&rate.bits_per_second())),
         }
     }
 }
@@ -118,16 +121,21 @@ impl FromStr for BaudSpec {
         let rate = spec.parse().ok().and_then(|bits| BaudRate::from_bits_per_second(bits).ok());
         match rate {
             Some(rate) => Ok(Self::Fixed(rate)),
-            None => can_rate(spec).map(Self::Can).ok_or_else(|| expected_rates(BaudRate::ALL)),
+            None => can_rate(spec).map(Self::Can).ok_or_else(|| {
+                format!(
+                    "{}; on a CAN bus one of {}",
+                    expected_rates(BaudRate::ALL),
+                    CAN_RATES.map(|rate| rate.to_string()).join(", ")
+                )
+            }),
         }
     }
 }
 
 /// A rate of CAN.
 fn can_rate(spec: &str) -> Option<BitRate> {
-    let bits: u32 = spec.parse().ok()?;
-    let known = bits.is_multiple_of(1000) && CAN_RATES.contains(&(bits / 1000));
-    BitRate::from_bits_per_second(bits).ok().filter(|_| known)
+    let bits: u32 = spec.parse().ok().filter(|bits| CAN_RATES.contains(bits))?;
+    BitRate::from_bits_per_second(bits).ok()
 }
 
 /// The rates that may be given.

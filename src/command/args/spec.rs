@@ -194,8 +194,7 @@ pub(crate) fn offered_quirk() -> Offered<String> {
 /// The rates of both buses.
 pub(crate) fn offered_baud() -> Offered<super::BaudSpec> {
     let offers = || {
-        let can =
-            Device::products().flat_map(|product| product.sheet.kilobits).map(|kilo| u32::from(*kilo) * 1000);
+        let can = Device::products().flat_map(Product::rates);
         let can = can.filter(|bits| BitRate::from_bits_per_second(*bits).is_ok());
         let mut rates: Vec<u32> =
             BaudRate::ALL.iter().map(|rate| rate.bits_per_second()).chain(can).collect();

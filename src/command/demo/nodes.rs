@@ -80,6 +80,8 @@ fn positioning_drive(stage: &mut NodeStage<'_>) -> Result<(), Trouble> {
 fn indicator(stage: &mut NodeStage<'_>) -> Result<(), Trouble> {
     stage.read(0x1000, 0, "1000h:00")?;
     stage.read(0x1008, 0, "AP10")?;
+    stage.page.text("Its display test is over.")?;
+    stage.pass(Duration::from_millis(400))?;
     stage.look("[0]")?;
 
     stage.page.title("A set point: RPDO 1 is value and control word, row 2 shows it")?;

@@ -47,7 +47,8 @@ pub(super) fn emulate(
     let state = state.map_err(|error| Failure::from_error(&error))?;
     // Before the link, so that a refusal leaves nothing behind.
     let mut panel = start_panel(args, BusKind::Can, &signals.stop, start)?;
-    let rate = args.baud.and_then(|baud| baud.can()).unwrap_or(DEFAULT_RATE);
+    let given = args.baud.and_then(|baud| baud.can());
+    let rate = given.unwrap_or(DEFAULT_RATE);
     let mut line = open(args, link, rate)?;
     let mut nodes = Nodes::of(link);
     line.bus_mut().show_on(start.board());
@@ -61,7 +62,7 @@ pub(super) fn emulate(
     for spec in args.nodes() {
         let mut spec = spec.clone();
         args.choose_quirks(&mut spec).map_err(Failure::Usage)?;
-        nodes.connect(&mut line, &spec, state.as_ref())?;
+        nodes.connect(&mut line, &spec, state.as_ref(), given)?;
     }
     line.bus_mut().reseat_faults();
     nodes.warn_of_doubles();
@@ -118,6 +119,7 @@ pub(super) fn emulate(
                 bus: line.bus_mut(),
                 nodes: &mut seats,
                 state: state.as_ref(),
+                rate: given,
                 choose: &choose,
             });
             nodes.follow(&seats, &line);
@@ -211,15 +213,15 @@ impl Nodes {
         line: &mut Line<CanopenEvent>,
         spec: &Spec,
         state: Option<&StateDir>,
+        rate: Option<BitRate>,
     ) -> Result<(), Failure> {
         let product = product(spec)?;
         let asked = spec.node();
         let name = format!("{} as node {asked}", product.sheet.product_name);
         info!("{name}");
-        let (now, rate) = (line.clock().now(), line.bus().rate());
-        let mut rates = product.sheet.kilobits.iter().map(|kilo| u32::from(*kilo) * 1000);
-        if !product.sheet.kilobits.is_empty() && !rates.any(|known| known == rate.bits_per_second()) {
-            warn!("{name}: it does not have {rate}; it is at this rate all the same");
+        let (now, of_bus, rates) = (line.clock().now(), line.bus().rate(), product.rates());
+        if !rates.is_empty() && !rates.contains(&of_bus.bits_per_second()) {
+            warn!("{name}: it does not have {of_bus}; it is at this rate all the same");
         }
         let mut node = match state {
             Some(state) => state
@@ -230,6 +232,9 @@ impl Nodes {
         let id = node.node_id();
         if id != asked {
             warn!("{name}: its EEPROM has the node number {id}, which is used");
+        }
+        if let Some(rate) = rate {
+            node.set_rate(now, rate);
         }
         // Before it is on the bus: its boot-up is concerned.
         line.bus().add_faults_to(now, &mut node);
@@ -306,6 +311,7 @@ impl Nodes {
             }
             News::Bus(can::Event::Participant { seat, event }) => self.say_of_node(seat, &event),
             News::Bus(can::Event::State { seat, state, .. }) => warn!("{}: {state}", self.name(seat)),
+            News::Bus(can::Event::Tuned(tuned)) => warn!("{}: {tuned}", self.name(tuned.seat)),
             News::Bus(can::Event::Damaged { from, frame, damage, .. }) => {
                 debug!("{}: {damage}: {frame}", self.name(from));
             }

@@ -57,7 +57,8 @@ impl<T: BehindBus> Surroundings for T {
 
     fn take_back(&mut self, now: Instant, name: &str) -> Result<(), Declined> {
         let fault = fault(self.model(), name)?;
-        self.change_inputs(now, taken_back(self.unit().inputs(), fault));
+        let inputs = self.unit().drive().relieved(self.unit().inputs(), fault);
+        self.change_inputs(now, inputs);
         Ok(())
     }
 
@@ -232,24 +233,6 @@ fn calculated(drive: &Drive, name: &str) -> Option<f64> {
         _ => return None,
     };
     Some(tenths / 10.0)
-}
-
-/// The inputs without what makes a fault.
-fn taken_back(inputs: &Inputs, fault: Fault) -> Inputs {
-    let usual = Inputs::default();
-    let Inputs { control_supply, output_supply, friction_torque, battery, .. } = usual;
-    match fault {
-        Fault::A => Inputs { control_supply, output_supply, ..*inputs },
-        Fault::B => Inputs { blocked: false, ..*inputs },
-        Fault::C => Inputs { friction_torque, ..*inputs },
-        Fault::D => Inputs { stage_temperature: None, ..*inputs },
-        Fault::E => Inputs { encoder_fault: false, ..*inputs },
-        Fault::F => Inputs { internal_fault: false, ..*inputs },
-        Fault::G => Inputs { dc_link: None, ..*inputs },
-        Fault::J => Inputs { battery, ..*inputs },
-        // Of the bus.
-        Fault::H | Fault::I => *inputs,
-    }
 }
 
 /// Everything as it should be; the keys stay as they are.

@@ -2,6 +2,7 @@
 
 use core::fmt;
 use core::fmt::Write;
+use core::time::Duration;
 
 use heapless::String;
 
@@ -83,6 +84,27 @@ impl Display {
         },
         rotated: false,
     };
+}
+
+/// How long each LED of the test is lit; the manual does not say it.
+const TEST_STEP: Duration = Duration::from_millis(100);
+
+impl Display {
+    /// So long behind the supply the test of everything that shines, the LEDs one after the other (manual 2.1); `None`: it
+    /// is over.
+    pub(super) fn test(since: Duration) -> Option<Self> {
+        let leds = Leds::default();
+        let leds = match since.as_nanos() / TEST_STEP.as_nanos() {
+            0 => Leds { left_green: Light::Steady, ..leds },
+            1 => Leds { left_red: Light::Steady, ..leds },
+            2 => Leds { right_green: Light::Steady, ..leds },
+            3 => Leds { right_red: Light::Steady, ..leds },
+            4.. => return None,
+        };
+        let all = Row::of("88888888");
+        let (rows, arrow) = ([all.clone(), all], Some(Arrow::Clockwise));
+        Some(Self { rows, arrow, battery: Light::Steady, incremental: true, leds, rotated: false })
+    }
 }
 
 impl fmt::Display for Display {

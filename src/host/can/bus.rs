@@ -26,7 +26,7 @@ mod event;
 mod occupant;
 mod wire;
 
-pub use event::{Counters, Damage, Event};
+pub use event::{Counters, Damage, Event, Tuned};
 pub use occupant::{Full, Heard, Notes};
 
 use event::Events;
@@ -39,6 +39,17 @@ pub const CATCH_UP: Duration = Duration::from_millis(100);
 
 /// How much later a station is called again that was called at its time and wants to be called at that time still.
 const AGAIN: Duration = Duration::from_micros(100);
+
+/// What became of the rate that a master uses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ChangeOver {
+    /// The bus has it already.
+    Same,
+    /// The bus has it now.
+    Taken,
+    /// No station has it: the bus keeps its own.
+    Kept,
+}
 
 /// The place of a station at a bus. It can go to another station after [`Bus::remove`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -92,6 +103,26 @@ impl<E: 'static> Bus<E> {
     /// The rate of every station.
     pub(crate) const fn rate(&self) -> BitRate {
         self.rate
+    }
+
+    /// A master uses one of these rates from now on. The bus takes it if a station has it, or if no station has a rate of
+    /// its own; else everybody goes on at the rate before, which real stations would not.
+    pub(crate) fn change_over(&mut self, now: Instant, rates: &[u32]) -> ChangeOver {
+        if rates.contains(&self.rate.bits_per_second()) {
+            return ChangeOver::Same;
+        }
+        self.advance(now);
+        let own = || self.seats.iter().flatten().filter_map(Occupant::bits_per_second);
+        let known = rates.iter().find(|rate| own().any(|own| own == **rate));
+        let any = rates.first().filter(|_| own().next().is_none());
+        let Some(rate) = known.or(any).and_then(|rate| BitRate::from_bits_per_second(*rate).ok()) else {
+            return ChangeOver::Kept;
+        };
+        self.rate = rate;
+        for place in 0..self.seats.len() {
+            self.refresh(Seat(place));
+        }
+        ChangeOver::Taken
     }
 
     /// Puts a station on the bus at `now`.
@@ -304,12 +335,17 @@ impl<E: 'static> Bus<E> {
     /// Takes the frame, the news and the deadline of a station that was called.
     fn refresh(&mut self, seat: Seat) {
         let is_sending = self.wire.is_sending(seat);
-        let Self { seats, deadlines, events, now, .. } = self;
+        let Self { seats, deadlines, events, now, rate, .. } = self;
         let (Some(occupant), Some(deadline)) =
             (seats.get_mut(seat.0).and_then(Option::as_mut), deadlines.get_mut(seat.0))
         else {
             return;
         };
+        let station = occupant.bits_per_second();
+        let tuned = station.is_none_or(|station| station == rate.bits_per_second());
+        if core::mem::replace(&mut occupant.tuned, tuned) != tuned {
+            events.push(Event::Tuned(Tuned { at: *now, seat, station, bus: *rate }));
+        }
         // A frame on the wire may have to wait there again.
         if !is_sending {
             occupant.fill_mailbox(*now);

@@ -4,7 +4,7 @@ use core::fmt;
 use core::time::Duration;
 
 use super::adapters::Adapters;
-use super::bus::Event;
+use super::bus::{ChangeOver, Event};
 use super::interface::{self, Interface};
 use super::{Bus, CanEndpoint, CanParticipant, LinkSpec, Seat};
 use crate::can_bus::can::BitRate;
@@ -29,8 +29,15 @@ pub enum News<E> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum AdapterNews {
-    /// The master set a rate. The bus keeps its own.
-    Rate(BusTiming),
+    /// The master set a rate.
+    Rate {
+        /// As it says it.
+        timing: BusTiming,
+        /// The rate of the bus now.
+        bus: BitRate,
+        /// Whether that is because of it.
+        outcome: ChangeOver,
+    },
     /// The master opened or closed the adapter.
     Channel(Channel),
     /// A line of the master was refused with BEL.
@@ -40,7 +47,16 @@ pub enum AdapterNews {
 impl fmt::Display for AdapterNews {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Rate(timing) => write!(f, "rate set to {timing}; the bus in memory keeps its rate"),
+            Self::Rate { timing, bus, outcome: ChangeOver::Kept } => write!(
+                f,
+                "rate set to {timing}, which no node has; the bus in memory keeps {bus}, on a real bus the nodes would be silent"
+            ),
+            Self::Rate { timing, outcome: ChangeOver::Taken, .. } => {
+                write!(f, "rate set to {timing}, which the bus has now")
+            }
+            Self::Rate { timing, outcome: ChangeOver::Same, .. } => {
+                write!(f, "rate set to {timing}, that of the bus")
+            }
             Self::Channel(Channel::Closed) => f.write_str("closed"),
             Self::Channel(Channel::Open) => f.write_str("open"),
             Self::Channel(Channel::ListenOnly) => f.write_str("open to listen only"),

@@ -3,7 +3,7 @@
 use super::CanParticipant;
 use super::node_counters::NodeCounters;
 use super::product::Product;
-use crate::can_bus::can::{ErrorState, Frame};
+use crate::can_bus::can::{BitRate, ErrorState, Frame};
 use crate::can_bus::canopen;
 use crate::can_bus::canopen::faults::{Action, FaultInjector, Kind, TooMany, When};
 use crate::can_bus::canopen::nmt::Command;
@@ -90,6 +90,14 @@ impl StoredNode {
     /// The device, whichever it is.
     pub fn as_device(&self) -> &dyn CanopenDevice {
         &*self.stored.unit().device
+    }
+
+    /// Gives a device whose rate is fixed another one, as if it had been stored before its start.
+    pub fn set_rate(&mut self, now: Instant, rate: BitRate) {
+        let bits = rate.bits_per_second();
+        if self.as_device().bits_per_second().is_some_and(|own| own != bits) {
+            self.act(now, |device, _| device.set_rate(bits));
+        }
     }
 
     /// Does something to the device, whichever it is.
@@ -290,6 +298,10 @@ impl CanParticipant for StoredNode {
         let before = core::mem::replace(&mut self.error_state, state);
         self.counters.enter(before, state);
         self.stored.act(now, |unit| unit.device.handle_error_state(now, before, state));
+    }
+
+    fn bits_per_second(&self) -> Option<u32> {
+        self.stored.unit().device.bits_per_second()
     }
 
     fn take_back(&mut self, frame: Frame) {

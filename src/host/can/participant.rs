@@ -27,6 +27,12 @@ pub trait CanParticipant: Any + Send {
     /// A frame that [`poll_transmit`](Self::poll_transmit) has given and that was not sent, as the station went bus off.
     fn take_back(&mut self, _frame: Frame) {}
 
+    /// Its bit rate in bit/s; `None`: that of the bus, whichever it is. At another rate than the bus it hears nothing, and
+    /// what it sends nobody hears.
+    fn bits_per_second(&self) -> Option<u32> {
+        None
+    }
+
     /// The frame to send, if there is one at `now`.
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame>;
 

@@ -46,6 +46,14 @@ impl Product {
         (self.make)(node, choices, memory, now)
     }
 
+    /// The bit rates that it can have, in bit/s.
+    pub(crate) fn rates(&self) -> Vec<u32> {
+        let device = self.make(NodeId::MIN, &Choices::default(), Eeprom::Internal, Instant::ZERO);
+        let own = device.rates();
+        let of_sheet = || self.sheet.kilobits.iter().map(|kilo| u32::from(*kilo) * 1000).collect();
+        if own.is_empty() { of_sheet() } else { own.to_vec() }
+    }
+
     /// Every point on which its manual leaves a choice.
     pub(crate) fn quirks(&self) -> Vec<QuirkRow> {
         (self.quirks)()

@@ -77,7 +77,9 @@ impl Capture {
             Event::Damaged { at, frame, damage, .. } => {
                 (*at, Direction::Heard, error_octets(*damage), Some(format!("{damage}: {frame}")))
             }
-            Event::Participant { .. } | Event::State { .. } | Event::Lost { .. } => return Ok(()),
+            Event::Participant { .. } | Event::State { .. } | Event::Tuned(_) | Event::Lost { .. } => {
+                return Ok(());
+            }
         };
         let mut options = vec![EnhancedPacketOption::Flags(flags(direction))];
         let comments = comment.into_iter().chain(self.remarks.drain(..));

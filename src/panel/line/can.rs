@@ -7,6 +7,7 @@ use super::super::problem::Problem;
 use super::super::station::{FaultNow, PowerName, State};
 use super::state::{Counted, Counters, ErrorStateName, LineStation};
 use super::{Act, Acted, OnLine, Station, in_one_line, no_station};
+use crate::can_bus::can::BitRate;
 use crate::can_bus::canopen::node::storage::Eeprom;
 use crate::can_bus::canopen::{Address, NmtState, NodeId};
 use crate::devices::{CanopenDevice, CanopenEvent, Vocabulary};
@@ -41,6 +42,8 @@ pub struct NodeAccess<'a> {
     pub nodes: &'a mut Vec<Seated>,
     /// Where a node that is added keeps its EEPROM; `None`: in itself.
     pub state: Option<&'a StateDir>,
+    /// The rate of every node that is added; `None`: that of its EEPROM.
+    pub rate: Option<BitRate>,
     /// What is chosen about every node that is added: its quirks.
     pub choose: &'a dyn Fn(&mut Spec),
 }
@@ -179,6 +182,9 @@ impl OnLine for NodeAccess<'_> {
                 .map_err(|error| Problem::conflict(in_one_line(&error)))?,
             None => StoredNode::new(product.make(node, choices, Eeprom::Internal, now), now),
         };
+        if let Some(rate) = self.rate {
+            stored.set_rate(now, rate);
+        }
         self.bus.add_faults_to(now, &mut stored);
         let number = stored.node_id().number();
         let seat = self.bus.add(now, Box::new(stored));

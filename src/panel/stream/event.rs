@@ -172,7 +172,7 @@ impl Told {
                 | BusEvent::AddressLive { address, .. },
                 _,
             ) => Some(address.number()),
-            Self::Node(address, _) | Self::State(address, _) => *address,
+            Self::Node(address, _) | Self::State(address, _) | Self::Tuned(address, _) => *address,
             Self::Line(..) | Self::Hint(_) | Self::Lost(_) => None,
         }
     }
@@ -182,7 +182,7 @@ impl Told {
             Self::Line(event, _) => (event.kind(), event.is_detail()),
             Self::Node(_, event) => (event.kind(), event.is_detail()),
             Self::Hint(_) => (EventKind::Hint, false),
-            Self::State(..) | Self::Lost(_) => (EventKind::Line, false),
+            Self::State(..) | Self::Tuned(..) | Self::Lost(_) => (EventKind::Line, false),
         }
     }
 
@@ -192,6 +192,7 @@ impl Told {
             Self::Line(event, Some(words)) => format!("{event}: {words}"),
             Self::Node(_, event) => event.to_string(),
             Self::State(_, state) => state.to_string(),
+            Self::Tuned(_, tuned) => tuned.to_string(),
             Self::Hint(hint) => hint.to_string(),
             Self::Lost(events) => format!("{events} events were too many for the log and are lost"),
         }
@@ -216,7 +217,12 @@ impl Told {
         }
         let text = match self {
             Self::Line(BusEvent::Station { event, .. }, None) => event.to_string(),
-            Self::Line(..) | Self::Node(..) | Self::State(..) | Self::Hint(_) | Self::Lost(_) => self.text(),
+            Self::Line(..)
+            | Self::Node(..)
+            | Self::State(..)
+            | Self::Tuned(..)
+            | Self::Hint(_)
+            | Self::Lost(_) => self.text(),
         };
         let refusal = LastRefusal { time_seconds: seconds(at), text, reasons: self.reasons(), of_slave };
         Some((self.address()?, refusal))

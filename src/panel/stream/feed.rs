@@ -12,6 +12,7 @@ use crate::can_bus::canopen::NodeId;
 use crate::devices::{CanopenEvent, Vocabulary};
 use crate::explain::Known;
 use crate::host::BusEvent;
+use crate::host::can::bus::Tuned;
 use crate::host::can::{BusHint, Event, Seat};
 use crate::host::link::tap::{Batch, Direction, Watchers};
 use crate::profibus::fdl::MAX_TELEGRAM_LEN;
@@ -48,6 +49,8 @@ pub(super) enum Told {
     Node(Option<u8>, CanopenEvent),
     /// To the error counters of a node.
     State(Option<u8>, ErrorState),
+    /// To the rate of a node or of its bus.
+    Tuned(Option<u8>, Tuned),
     /// On a bus of CAN.
     Hint(BusHint),
     /// So many events of a bus of CAN were too many.
@@ -117,6 +120,7 @@ impl Feed {
                 self.news(now, Told::Node(self.number(*seat), *event));
             }
             Event::State { at, seat, state } => self.news(*at, Told::State(self.number(*seat), *state)),
+            Event::Tuned(tuned) => self.news(tuned.at, Told::Tuned(self.number(tuned.seat), *tuned)),
             Event::Passed { at, by_port, frame, .. } if self.shared.watchers.any() => {
                 let direction = if *by_port { Direction::Heard } else { Direction::Sent };
                 self.telegram(Entry::Frame { at: *at, direction, frame: *frame });

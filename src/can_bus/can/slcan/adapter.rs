@@ -54,7 +54,7 @@ pub struct Reaction {
 pub enum Effect {
     /// Send this frame on the bus.
     Transmit(Frame),
-    /// The master wants this rate. A bus in memory has one rate, whatever its masters think.
+    /// The master wants this rate.
     Rate(BusTiming),
     /// `O`, `L` or `C`: frames that the master has not read are stale, forget them.
     Channel(Channel),

@@ -46,6 +46,25 @@ pub enum BusTiming {
     Registers(u16),
 }
 
+impl BusTiming {
+    /// The rates in bit/s that it may mean; none are known of registers.
+    pub(crate) const fn rates(self) -> &'static [u32] {
+        match self {
+            Self::Standard(0) => &[10_000],
+            Self::Standard(1) => &[20_000],
+            Self::Standard(2) => &[50_000],
+            Self::Standard(3) => &[100_000],
+            Self::Standard(4) => &[125_000],
+            Self::Standard(5) => &[250_000],
+            Self::Standard(6) => &[500_000],
+            Self::Standard(7) => &[800_000, 750_000],
+            Self::Standard(8) => &[1_000_000],
+            Self::Standard(9) => &[83_333],
+            Self::Standard(10..) | Self::Registers(_) => &[],
+        }
+    }
+}
+
 impl core::fmt::Display for BusTiming {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {

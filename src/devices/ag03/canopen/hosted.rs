@@ -1,6 +1,7 @@
 //! The drive as hosts run it.
 
 use super::Ag03Node;
+use super::part::RATES;
 use crate::can_bus::can::{ErrorState, Frame};
 use crate::can_bus::canopen::node::storage::{Generation, ImageError, NotStored, StoreRequest};
 use crate::can_bus::canopen::{Address, Application, Node, NodeId, Refusal};
@@ -51,6 +52,18 @@ impl CanopenDevice for Ag03Node {
 
     fn node_id(&self) -> NodeId {
         self.part.node_id
+    }
+
+    fn rates(&self) -> &'static [u32] {
+        &RATES
+    }
+
+    fn bits_per_second(&self) -> Option<u32> {
+        Some(self.part.bits_per_second())
+    }
+
+    fn set_rate(&mut self, bits_per_second: u32) {
+        self.part.set_rate(bits_per_second);
     }
 
     fn is_on(&self) -> bool {

@@ -24,7 +24,7 @@ use crate::devices::ag03::profibus::words::Words;
 use crate::devices::ag03::unit::{Queue, Unit};
 
 /// The bit rates of 2100h in bits per second, by code.
-const RATES: [u32; 12] =
+pub(super) const RATES: [u32; 12] =
     [15_625, 20_000, 25_000, 40_000, 50_000, 62_500, 100_000, 125_000, 200_000, 250_000, 500_000, 1_000_000];
 /// The code of a drive from the factory.
 const DEFAULT_RATE: u8 = 10;
@@ -115,6 +115,13 @@ impl Part {
 
     pub(super) fn bits_per_second(&self) -> u32 {
         RATES.get(usize::from(self.rate_in_force)).copied().unwrap_or_default()
+    }
+
+    pub(super) fn set_rate(&mut self, bits_per_second: u32) {
+        let code = (0..).zip(RATES).find(|(_, rate)| *rate == bits_per_second);
+        if let Some((code, _)) = code {
+            (self.rate, self.rate_in_force) = (code, code);
+        }
     }
 
     pub(super) fn rate_is_safe(&mut self) {

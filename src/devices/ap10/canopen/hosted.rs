@@ -1,6 +1,6 @@
 //! The indicator as hosts run it.
 
-use super::{Ap10, Power};
+use super::{Ap10, Power, RATES};
 use crate::can_bus::can::{ErrorState, Frame};
 use crate::can_bus::canopen::{Application, Node};
 use crate::devices::CanopenDevice;
@@ -33,11 +33,24 @@ impl CanopenDevice for Ap10 {
         self.power != Power::Off
     }
 
+    fn rates(&self) -> &'static [u32] {
+        RATES
+    }
+
+    fn bits_per_second(&self) -> Option<u32> {
+        self.unit.bits_per_second()
+    }
+
+    fn set_rate(&mut self, bits_per_second: u32) {
+        self.unit.set_rate(bits_per_second);
+    }
+
     fn power_on(&mut self, now: Instant) {
         if self.power != Power::Off {
             return;
         }
         self.turn_on(now);
+        self.switched_on = Some(now);
         let automatic = self.unit.kept_setting(Setting::BaudRate) == 0;
         if self.unit.quirks.listens_first && automatic {
             self.power = Power::Listening;

@@ -52,6 +52,8 @@ use unit::Unit;
 
 /// Rates of the device in kbit/s.
 pub(crate) const KILOBITS: &[u16] = &[125, 250, 500, 800, 1000];
+/// The same in bit/s, by the number of 5F0Ah:3 from 1 on; 0 is that of the bus.
+const RATES: &[u32] = &[125_000, 250_000, 500_000, 800_000, 1_000_000];
 
 /// What a device is made of.
 #[derive(Clone, Copy, Debug)]
@@ -77,6 +79,7 @@ pub struct Ap10 {
     node: Node,
     unit: Unit,
     power: Power,
+    switched_on: Option<Instant>,
     spin: Option<Spin>,
 }
 
@@ -96,6 +99,7 @@ impl Ap10 {
             node: Node::new(config.quirks.policy()).with_memory(config.memory),
             unit: Unit::new(config.node, config.quirks),
             power: Power::Off,
+            switched_on: None,
             spin: None,
         }
     }
@@ -105,7 +109,13 @@ impl Ap10 {
         &self.unit.indicator
     }
 
-    /// What can be seen. Without supply there is nothing to be seen.
+    /// What can be seen at `now`: behind the supply comes the display test.
+    fn seen(&self, now: Instant) -> Display {
+        let since = self.switched_on.filter(|_| self.power != Power::Off);
+        since.and_then(|since| Display::test(now.saturating_since(since))).unwrap_or_else(|| self.display())
+    }
+
+    /// What can be seen behind the display test. Without supply there is nothing to be seen.
     pub fn display(&self) -> Display {
         match self.power {
             Power::Off => Display::DARK,

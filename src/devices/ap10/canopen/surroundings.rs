@@ -97,8 +97,8 @@ impl Surroundings for Ap10 {
         Ok(())
     }
 
-    fn face(&self, _now: Instant) -> Face {
-        let Display { rows, arrow, battery, incremental, leds, rotated } = self.display();
+    fn face(&self, now: Instant) -> Face {
+        let Display { rows, arrow, battery, incremental, leds, rotated } = self.seen(now);
         let mut face = Face::default();
         for row in &rows {
             face = face.row(row.text(), row.flashing);
@@ -144,9 +144,9 @@ mod tests {
 
     #[test]
     fn what_is_seen_is_said_in_one_line() {
-        let now = Instant::ZERO;
         let mut device = Ap10::new(Config::new(NodeId::MIN));
-        device.power_on(now);
+        device.power_on(Instant::ZERO);
+        let now = Instant::from_millis(400);
         device.set_input(now, "shaft_revolutions", Level::Number(0.5));
         let dark = "LED left green off, LED left red off, LED right green off, LED right red off";
         assert_eq!(device.face(now).to_string(), std::format!("[440] [---], {dark}"));
@@ -155,5 +155,25 @@ mod tests {
         assert_eq!(Surroundings::provoke(&mut device, now, "battery"), Err(Declined::Unknown));
         Surroundings::make_nominal(&mut device, now);
         assert!(device.face(now).signs.is_empty());
+    }
+    #[test]
+    fn behind_the_supply_comes_a_test_of_display_and_leds() {
+        let mut device = Ap10::new(Config::new(NodeId::MIN));
+        for start in [Instant::from_millis(7), Instant::from_millis(5000)] {
+            device.power_on(start);
+            let lit = |millis| {
+                let face = device.face(start.saturating_add(Duration::from_millis(millis)));
+                let lit = face.leds.iter().filter(|led| led.glow == Glow::On).map(|led| led.name);
+                (lit.collect::<std::vec::Vec<_>>(), face.rows[0].text.to_string(), face.signs.len())
+            };
+            for (millis, led) in
+                [(0, "left green"), (100, "left red"), (200, "right green"), (399, "right red")]
+            {
+                assert_eq!(lit(millis), (std::vec![led], "88888888".into(), 3), "{millis} ms");
+            }
+            assert_eq!(lit(400), (std::vec![], "0".into(), 0));
+            device.power_off(start);
+            assert_eq!(device.face(start).rows[0].text.to_string(), "");
+        }
     }
 }

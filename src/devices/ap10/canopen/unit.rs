@@ -63,6 +63,8 @@ pub(super) struct Unit {
     silence_ends: Option<Instant>,
     restart_due: Option<Instant>,
     error_passive: bool,
+    /// 5F0Ah:3 as it was at the last start.
+    rate_in_force: i32,
 }
 
 impl Unit {
@@ -79,6 +81,22 @@ impl Unit {
             silence_ends: None,
             restart_due: None,
             error_passive: false,
+            rate_in_force: 0,
+        }
+    }
+
+    /// The bit rate since the last start; `None`: that of the bus.
+    pub(super) fn bits_per_second(&self) -> Option<u32> {
+        let place = usize::try_from(self.rate_in_force).ok()?.checked_sub(1)?;
+        super::RATES.get(place).copied()
+    }
+
+    pub(super) fn set_rate(&mut self, bits_per_second: u32) {
+        let code = (1..).zip(super::RATES).find(|(_, rate)| **rate == bits_per_second);
+        if let Some((code, _)) = code {
+            self.kept.set(Setting::BaudRate, code);
+            self.indicator.set(Setting::BaudRate, code);
+            self.rate_in_force = code;
         }
     }
 
@@ -387,6 +405,7 @@ impl Application for Unit {
                 self.restart_due = None;
                 let settings = self.loaded();
                 self.indicator.restart(settings);
+                self.rate_in_force = settings.value(Setting::BaudRate);
                 // What the battery kept is wrong from the beginning.
                 self.ask(Request::ErrorRegister(self.register()));
             }

@@ -9,7 +9,7 @@ use crate::can_bus::canopen::{
     Source, Sub, Value, Written, dictionary,
 };
 use crate::can_bus::cia402::{Controlword, Mode, Statusword};
-use crate::devices::asda_a2::{Alarm, Config, Event, Servo, Setting, stored};
+use crate::devices::asda_a2::{Alarm, Config, Digit, Event, Servo, Setting, stored};
 use crate::time::Instant;
 
 /// Requests that wait for the node; more are not taken.
@@ -28,12 +28,33 @@ pub(super) struct Drive {
     requests: Deque<Request, MAX_REQUESTS>,
     /// It has the parameters without effect.
     stored: bool,
+    /// Digit Z of P3-01 as it was at the last start.
+    rate_in_force: u8,
 }
+
+/// The bit rates by digit Z of P3-01.
+pub(super) const RATES: [u32; 5] = [125_000, 250_000, 500_000, 750_000, 1_000_000];
 
 impl Drive {
     pub(super) fn new(config: Config, stored: bool, now: Instant) -> Self {
         let servo = Servo::new(config, now);
-        Self { servo, state: NmtState::PreOperational, requests: Deque::new(), stored }
+        let rate_in_force = servo.settings().digit(Setting::Rates, Digit::Z);
+        Self { servo, state: NmtState::PreOperational, requests: Deque::new(), stored, rate_in_force }
+    }
+
+    /// The bit rate since the last start; `None`: the digit has none.
+    pub(super) fn bits_per_second(&self) -> Option<u32> {
+        RATES.get(usize::from(self.rate_in_force)).copied()
+    }
+
+    pub(super) fn set_rate(&mut self, bits_per_second: u32) {
+        let digit = (0_u8..).zip(RATES).find(|(_, rate)| *rate == bits_per_second);
+        if let Some((digit, _)) = digit {
+            let rates = self.servo.settings().of(Setting::Rates) & !0xF00 | i64::from(digit) << 8;
+            self.servo.recall(Setting::Rates, rates);
+            self.servo.set(Setting::Rates, rates);
+            self.rate_in_force = digit;
+        }
     }
 
     /// The objects of the level in force.
@@ -182,6 +203,10 @@ impl Application for Drive {
 
     fn notice(&mut self, now: Instant, notice: Notice) {
         self.servo.advance(now);
+        if let Notice::Reset(Reset::PowerOn | Reset::Node) = notice {
+            let keeps = self.servo.kept();
+            self.rate_in_force = keeps.digit(Setting::Rates, Digit::Z);
+        }
         match notice {
             Notice::Reset(Reset::PowerOn) => self.servo.power_on(),
             Notice::Reset(Reset::Node) => self.servo.restart(),

@@ -1,6 +1,7 @@
 //! The servo as hosts run it.
 
 use super::AsdaA2;
+use super::application::RATES;
 use crate::can_bus::can::{ErrorState, Frame};
 use crate::can_bus::canopen::{Address, Application, Node, Refusal};
 use crate::devices::CanopenDevice;
@@ -32,6 +33,18 @@ impl CanopenDevice for AsdaA2 {
     fn write_without_bus(&mut self, now: Instant, at: Address, octets: &[u8]) -> Result<(), Refusal> {
         self.drive.servo.advance(now);
         self.node.write_without_bus(now, at, octets, &mut self.drive)
+    }
+
+    fn rates(&self) -> &'static [u32] {
+        &RATES
+    }
+
+    fn bits_per_second(&self) -> Option<u32> {
+        self.drive.bits_per_second()
+    }
+
+    fn set_rate(&mut self, bits_per_second: u32) {
+        self.drive.set_rate(bits_per_second);
     }
 
     fn power_on(&mut self, now: Instant) {

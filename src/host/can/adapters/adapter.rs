@@ -138,7 +138,10 @@ impl Adapter {
         match reaction.effect {
             // There was room, and nothing has come in between.
             Some(Effect::Transmit(frame)) => drop(bus.send(now, self.seat, frame)),
-            Some(Effect::Rate(timing)) => tell(AdapterNews::Rate(timing)),
+            Some(Effect::Rate(timing)) => {
+                let outcome = bus.change_over(now, timing.rates());
+                tell(AdapterNews::Rate { timing, bus: bus.rate(), outcome });
+            }
             Some(Effect::Channel(channel)) => {
                 bus.listen(self.seat, channel != Channel::Closed);
                 tell(AdapterNews::Channel(channel));

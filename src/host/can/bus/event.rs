@@ -5,7 +5,7 @@ use core::time::Duration;
 use std::collections::VecDeque;
 
 use super::{Seat, push_bounded};
-use crate::can_bus::can::{ErrorState, Frame};
+use crate::can_bus::can::{BitRate, ErrorState, Frame};
 use crate::time::Instant;
 
 /// News kept at most; more are counted.
@@ -53,11 +53,40 @@ pub enum Event<E> {
         /// To which state.
         state: ErrorState,
     },
+    /// The rate of a station is another one than that of the bus, or the same again.
+    Tuned(Tuned),
     /// News were lost because nobody took them in time.
     Lost {
         /// How many.
         events: u64,
     },
+}
+
+/// How the rates of a station and of its bus are to each other from now on. `Display` is one line of plain English.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tuned {
+    /// When that began.
+    pub at: Instant,
+    /// Whose.
+    pub seat: Seat,
+    /// The rate of the station in bit/s; `None`: that of the bus.
+    pub station: Option<u32>,
+    /// The rate of the bus.
+    pub bus: BitRate,
+}
+
+impl fmt::Display for Tuned {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { station, bus, .. } = self;
+        match station {
+            Some(station) if *station != bus.bits_per_second() => write!(
+                f,
+                "its rate is {station} bit/s and that of the bus {bus}: it is silent and hears nothing until the master uses \
+                 {station} bit/s"
+            ),
+            Some(_) | None => write!(f, "its rate is that of the bus again, {bus}: it hears and answers"),
+        }
+    }
 }
 
 /// What ends a frame in an error frame.

@@ -48,6 +48,8 @@ pub(super) struct Occupant<E> {
     pub(super) suspended: Instant,
     /// When it is back from bus off.
     recovers: Option<Instant>,
+    /// Its rate is that of the bus.
+    pub(super) tuned: bool,
     pub(super) notes: Notes,
 }
 
@@ -70,6 +72,7 @@ impl<E: 'static> Occupant<E> {
             confinement: Confinement::default(),
             suspended: Instant::ZERO,
             recovers: None,
+            tuned: true,
             notes: Notes::default(),
         }
     }
@@ -86,6 +89,11 @@ impl<E: 'static> Occupant<E> {
             Station::Participant(participant) => Some(&mut **participant),
             Station::Port { .. } => None,
         }
+    }
+
+    /// Its bit rate; `None`: that of the bus.
+    pub(super) fn bits_per_second(&self) -> Option<u32> {
+        self.participant()?.bits_per_second()
     }
 
     pub(super) const fn is_port(&self) -> bool {
@@ -181,6 +189,13 @@ impl<E: 'static> Occupant<E> {
 
     /// Asks for a frame, if none waits.
     pub(super) fn fill_mailbox(&mut self, now: Instant) {
+        if !self.tuned {
+            // Nobody hears it, whatever it sends.
+            self.mailbox = None;
+            while self.participant_mut().is_some_and(|participant| participant.poll_transmit(now).is_some()) {
+            }
+            return;
+        }
         if self.mailbox.is_none() && self.is_on_bus() {
             self.mailbox = match &mut self.station {
                 Station::Participant(participant) => participant.poll_transmit(now),

@@ -121,7 +121,7 @@ impl<E: 'static> Bus<E> {
         for index in 0..self.seats.len() {
             let seat = Seat(index);
             let Some(occupant) = self.seats.get_mut(index).and_then(Option::as_mut) else { continue };
-            if seat == from || occupant.confinement.state() == ErrorState::BusOff {
+            if seat == from || !occupant.tuned || occupant.confinement.state() == ErrorState::BusOff {
                 continue;
             }
             occupant.handle_frame(now, frame);

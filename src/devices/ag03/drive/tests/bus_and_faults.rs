@@ -384,3 +384,20 @@ fn what_stands_against_a_start_is_what_the_start_is_then_refused_with() {
         assert_eq!(foretold.is_empty(), !refused);
     }
 }
+
+#[test]
+fn fault_a_is_provoked_in_steady_travel_and_taken_back() {
+    for gear in [Gear::Ratio24, Gear::Ratio48] {
+        let mut rig = Rig::made(Model::Ag03_1, gear, defaults(), Config::default());
+        rig.stw(0x003b).travel(100_000).run(2000);
+        let before = rig.drive.inputs();
+        let provoked = rig.drive.provoking(&before, Fault::A);
+        rig.inputs(|inputs| *inputs = provoked).run(10);
+        assert_eq!((rig.state(), rig.status().fault), (State::Fault, Some(Fault::A)), "{gear:?}");
+        assert_eq!(rig.drive.relieved(&provoked, Fault::A), before);
+        // A load of the user's own stays.
+        let loaded = Inputs { friction_torque: 1.5, ..before };
+        let provoked = rig.drive.provoking(&loaded, Fault::A);
+        assert_eq!((provoked.friction_torque, rig.drive.relieved(&provoked, Fault::A)), (1.5, loaded));
+    }
+}
