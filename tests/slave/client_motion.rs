@@ -6,6 +6,8 @@ use std::time::Duration;
 use profidrive::client::{Goal, GoalError, Job, Limits, NotSubmitted, Obstacle, Reply};
 use profidrive::devices::ag03::drive::{Direction, Fault, Inputs};
 use profidrive::devices::ag03::param::{Model, Pnu, Value, Width};
+use profidrive::face::Description;
+use profidrive::face::description::{Amount, ParameterPlace};
 use profidrive::profibus::ppo;
 
 use crate::drive_rig::{MODELS, Rig};
@@ -369,5 +371,32 @@ fn a_pause_right_behind_a_start_is_done_when_the_shaft_stands() {
         let paused = rig.pursue(Goal::Pause).is_ok();
         let status = rig.line.device.status();
         assert!(!status.moving && status.job_active == paused, "{exchanges}");
+    }
+}
+
+/// How a drive describes its position: the number in the unit that it gives.
+fn described_position(rig: &Rig) -> (f64, String) {
+    let mut found = None;
+    rig.line.device.each_value(&mut |value| {
+        if let ("position", Amount::Number(number)) = (value.key, value.amount) {
+            found = Some((number, value.unit.to_string()));
+        }
+    });
+    found.unwrap()
+}
+
+const PITCH: ParameterPlace = ParameterPlace { number: 1012, element: None };
+
+#[test]
+fn a_position_keeps_its_unit_until_a_new_spindle_pitch_acts() {
+    for model in MODELS {
+        let mut rig = Rig::new(model);
+        rig.pursue(Goal::Enable).unwrap();
+        rig.pursue(Goal::MoveTo(16_000)).unwrap();
+        let device: &mut dyn Description = &mut rig.line.device;
+        device.write_parameter(rig.line.now, PITCH, 500.0, &mut |_| {}).unwrap();
+        assert_eq!(described_position(&rig), (16_000.0, "inc".into()), "the drive has not acted on it");
+        rig.exchange();
+        assert_eq!(described_position(&rig), (50.0, "mm".into()));
     }
 }

@@ -14,7 +14,6 @@ pub(super) struct Observed<'a> {
     pub(super) model: Model,
     pub(super) drive: &'a Drive,
     pub(super) status: &'a Status,
-    pub(super) lengths: Lengths,
     /// The setpoint of velocity mode while it is released.
     pub(super) released_rpm: Option<i32>,
 }
@@ -41,7 +40,7 @@ impl Observed<'_> {
     }
 
     fn length(&self, key: &'static str, name: &'static str, number: Option<i64>) -> Value<'static> {
-        let (amount, unit, digits) = length(self.lengths, number);
+        let (amount, unit, digits) = length(self.drive.lengths(), number);
         Value::new(key, name, Group::Motion, amount).unit(unit).digits(digits)
     }
 

@@ -5,20 +5,18 @@ use core::fmt;
 use super::Ag03Node;
 use crate::devices::ag03::description::{Observed, memory, tell_switches};
 use crate::devices::ag03::drive::State;
-use crate::devices::ag03::param::{Lengths, Model, Parameter};
+use crate::devices::ag03::param::Model;
 use crate::devices::ag03::unit::DipSwitches;
 use crate::face::Description;
 use crate::face::description::{Switches, Value};
 
 impl Ag03Node {
     fn observed(&self) -> Observed<'_> {
-        let pitch = self.unit().parameters().value(Parameter::SpindlePitch);
         let released = self.status().state == State::VelocityTravelling;
         Observed {
             model: Model::Ag03_1,
             drive: self.unit().drive(),
             status: self.status(),
-            lengths: Lengths::of_spindle_pitch(pitch.cast_unsigned()),
             released_rpm: released.then(|| self.unit().drive().held().setpoint),
         }
     }

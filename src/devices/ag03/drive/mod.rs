@@ -276,6 +276,11 @@ impl Drive {
         if has_one { Some(self.setpoint) } else { None }
     }
 
+    /// What its positions are counted in. A new spindle pitch acts when the shaft stands.
+    pub(crate) const fn lengths(&self) -> Lengths {
+        self.frame.lengths
+    }
+
     /// Whether another step with the same command, inputs and settings would change nothing.
     pub(crate) fn is_at_rest(&self) -> bool {
         self.settled

@@ -29,9 +29,15 @@ const WORDS: [(&str, &str, bits::Word, u16); 4] = [
 const NO_OUTPUTS: &[u8; PPO_LEN] = &[0; PPO_LEN];
 
 impl Device {
-    /// What it counts positions in.
-    fn lengths(&self) -> Lengths {
-        Lengths::of_spindle_pitch(self.parameters().value(param::Parameter::SpindlePitch).cast_unsigned())
+    /// What a parameter counts positions in: a setting as the spindle pitch is programmed, a reading as the drive moves.
+    fn lengths_of(&self, entry: &Entry) -> Lengths {
+        match entry.kind {
+            Kind::Setting(_) | Kind::LoadParameterSet => {
+                let pitch = self.parameters().value(param::Parameter::SpindlePitch);
+                Lengths::of_spindle_pitch(pitch.cast_unsigned())
+            }
+            Kind::Reading(_) => self.drive().lengths(),
+        }
     }
 
     /// The outputs as the slave passes them; all zero if they are no PPO.
@@ -45,7 +51,6 @@ impl Device {
             model: self.config().model,
             drive: self.drive(),
             status: self.status(),
-            lengths: self.lengths(),
             released_rpm: released.then(|| self.outputs().hsw()),
         }
     }
@@ -86,7 +91,7 @@ impl Device {
                 if let Unit::Ascii = entry.unit {
                     say_fault(value.bits(), say);
                 } else {
-                    say(&entry.in_words(entry.number(value), self.lengths()));
+                    say(&entry.in_words(entry.number(value), self.lengths_of(entry)));
                 }
             },
             choices: if let Unit::Choice(choices) = entry.unit { choices } else { &[] },
@@ -223,7 +228,7 @@ impl Description for Device {
             let (amount, unit) = match self.status().mode {
                 Mode::Velocity => (Amount::Number(number.into()), "rpm"),
                 Mode::Positioning => {
-                    let (amount, unit, _) = length(self.lengths(), Some(number.into()));
+                    let (amount, unit, _) = length(self.drive().lengths(), Some(number.into()));
                     (amount, unit)
                 }
             };
