@@ -32,3 +32,20 @@ pub struct DiagType {
     /// X_Unit_Diag_Area.
     pub areas: Vec<DiagArea>,
 }
+
+/// The type of the module status.
+pub(super) const MODULE_STATUS: u8 = 0x82;
+
+impl super::Gsd {
+    /// Whether it has texts for "wrong module" and "no module": in the module status, or in areas of two bits behind its head
+    /// (`gsd.md` 5.2, 5.3).
+    pub fn has_module_status(&self) -> bool {
+        let says_it = |area: &DiagArea| {
+            let (wrong, missing) = (2, 3);
+            let has = |value| area.values.iter().any(|text| text.0 == value);
+            area.first >= 24 && area.last == area.first + 1 && (has(wrong) || has(missing))
+        };
+        self.diag_types.iter().any(|status| status.number == MODULE_STATUS)
+            || self.diag_areas.iter().any(says_it)
+    }
+}

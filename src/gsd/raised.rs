@@ -13,16 +13,17 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use thiserror::Error;
 
+use super::diagnosis::MODULE_STATUS;
 use super::{DiagArea, DiagBit, Gsd, Placed};
 use crate::profibus::dp::ExtDiag;
 use crate::profibus::dp::ext_diag::{Block, BlockError, Channel, ChannelError, Direction, Width};
 
 /// Octets of one block behind its header.
 const MAX_BLOCK: usize = 62;
+/// The octets of Slave_Diag before the blocks.
+const FIXED_LEN: usize = 6;
 /// Type, slot and specifier.
 const TYPED_LEN: usize = 3;
-/// The type of the module status.
-const MODULE_STATUS: u8 = 0x82;
 /// The type of the first block of a status of the manufacturer.
 const MANUFACTURER_STATUS: u8 = 0xA1;
 
@@ -41,6 +42,8 @@ pub struct Raised {
     pub modules: BTreeMap<u16, ModuleState>,
     /// Channel-related diagnosis.
     pub channels: Vec<ChannelFault>,
+    /// Blocks as they are on the wire, behind the others.
+    pub octets: Vec<u8>,
     /// Stat_Diag: the inputs are not valid.
     pub not_valid: bool,
 }
@@ -141,6 +144,14 @@ pub enum RaiseError {
         /// The type.
         got: u8,
     },
+    /// More octets than Slave_Diag of the station has room for.
+    #[error("{got} octets of diagnosis, Max_Diag_Data_Len leaves {most} behind the first six")]
+    TooLong {
+        /// Octets.
+        got: usize,
+        /// The most.
+        most: usize,
+    },
     /// A block that cannot be written.
     #[error("{0}")]
     Block(#[from] BlockError),
@@ -190,7 +201,34 @@ impl Raised {
             let module = u8::try_from(module).unwrap_or(u8::MAX);
             diagnosis.push(Block::Channel(Channel { module, direction, channel, width, error }))?;
         }
+        let most = usize::from(gsd.max_diag_len).saturating_sub(FIXED_LEN);
+        if self.octets.len() > most {
+            return Err(RaiseError::TooLong { got: self.octets.len(), most });
+        }
+        diagnosis.push_octets(&self.octets)?;
         Ok(diagnosis)
+    }
+
+    /// Reports what another one does, too; of two that exclude each other the other one.
+    pub(crate) fn join(&mut self, other: &Self) {
+        let Self { bits, areas, statuses, identifiers, modules, channels, octets, not_valid } = other;
+        self.bits.extend(bits);
+        self.areas.extend(areas);
+        self.statuses.extend(statuses.iter().map(|(number, status)| (*number, status.clone())));
+        self.identifiers.extend(identifiers);
+        self.modules.extend(modules);
+        self.channels.extend(channels);
+        self.octets.extend(octets);
+        self.not_valid |= not_valid;
+    }
+
+    /// The same without slots that the configuration does not have.
+    pub(crate) fn within(mut self, layout: &[Placed]) -> Self {
+        let is_there = |slot: u16| placed(layout, slot).is_ok();
+        self.identifiers.retain(|slot| is_there(*slot));
+        self.modules.retain(|slot, _| is_there(*slot));
+        self.channels.retain(|fault| is_there(fault.slot));
+        self
     }
 
     /// What is raised, in the texts of the file where it has some.
@@ -213,6 +251,9 @@ impl Raised {
             let own = gsd.channel_diag.iter().find(|known| known.0 == number).map(|known| known.1.as_str());
             let text = own.or(fault.error.words()).unwrap_or("error of the manufacturer");
             words.push(format!("{}, channel {}: {text} ({number})", named(&fault.slot), fault.channel));
+        }
+        if !self.octets.is_empty() {
+            words.push(format!("octets {}", super::split::hex(&self.octets)));
         }
         if self.not_valid {
             words.push("the inputs are not valid".into());
@@ -390,6 +431,7 @@ mod tests {
             channels: vec![channel],
             areas: [(4, 5)].into(),
             statuses: [].into(),
+            octets: Vec::new(),
             not_valid: true,
         };
         let station = station(MODULAR);
@@ -441,6 +483,23 @@ mod tests {
         }
         let unknown = Raised { statuses: [(162, status)].into(), ..Raised::default() };
         assert_eq!(unknown.blocks(gsd, &layout), Err(RaiseError::Status { got: 162 }));
+    }
+
+    #[test]
+    fn octets_stand_behind_the_other_blocks_within_the_length_of_the_file() {
+        let file = MODULAR.replace("Modul_Offset=1", "Modul_Offset=1\nMax_Diag_Data_Len=12");
+        let station = station(&file);
+        let layout = station.layout(&[0x11], None);
+        let raised =
+            |octets: &[u8]| Raised { bits: [0].into(), octets: octets.to_vec(), ..Raised::default() };
+        let blocks = |raised: &Raised| raised.blocks(station.gsd(), &layout).map(|all| all.octets().to_vec());
+        assert_eq!(blocks(&raised(&[0x42, 0x01])).unwrap(), [0x02, 0x03, 0x42, 0x01]);
+        assert_eq!(blocks(&raised(&[0xC0; 7])), Err(RaiseError::TooLong { got: 7, most: 6 }));
+        assert_eq!(
+            blocks(&raised(&[0x43, 0x01])),
+            Err(RaiseError::Block(BlockError::Cut { at: 0, header: 0x43 }))
+        );
+        assert_eq!(raised(&[0x42, 0x01]).words(station.gsd(), &layout), ["short", "octets 42 01"]);
     }
 
     #[test]

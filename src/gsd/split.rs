@@ -29,14 +29,16 @@ pub(super) struct Reading {
 
 impl Reading {
     /// Of modules that are known.
-    pub(super) fn of(gsd: &Gsd, modules: Vec<usize>, prm: Option<UserPrm<'_>>) -> Self {
+    pub(super) fn of(gsd: &Gsd, plugged: &[Option<usize>], prm: Option<UserPrm<'_>>) -> Self {
+        let modules: Vec<usize> = plugged.iter().copied().flatten().collect();
         let agreement = prm.map_or(Agreement::Open, |prm| {
             let parts =
                 || modules.iter().filter_map(|place| gsd.modules.get(*place)).map(|module| &module.prm);
             let agrees = |agreement: &Agreement| prm.agrees(gsd, parts(), *agreement);
             Agreement::BEST_FIRST.into_iter().find(agrees).unwrap_or(Agreement::Open)
         });
-        Self { plugged: modules.iter().map(|place| vec![*place]).collect(), agreement, one: modules }
+        let plugged = plugged.iter().map(|place| place.iter().copied().collect()).collect();
+        Self { plugged, agreement, one: modules }
     }
 
     /// The modules of one reading.
@@ -78,12 +80,13 @@ pub(super) fn split(
 }
 
 /// Whether a station of the file may have these modules, slot by slot, and if not, why.
-pub(super) fn admits(gsd: &Gsd, modules: &[usize]) -> Result<(), String> {
+pub(super) fn admits(gsd: &Gsd, modules: &[Option<usize>]) -> Result<(), String> {
     let splitter = Splitter::new(gsd, false, &[]);
-    let wrong = |(slot, module): &(usize, &usize)| !splitter.allows(*slot, Some(**module));
+    let wrong =
+        |(slot, module): &(usize, &Option<usize>)| module.is_some() && !splitter.allows(*slot, **module);
     match modules.iter().enumerate().find(wrong) {
         _ if modules.len() > splitter.slots => Err(splitter.too_many()),
-        Some((slot, module)) => Err(splitter.not_allowed(slot, *module)),
+        Some((slot, module)) => Err(splitter.not_allowed(slot, module.unwrap_or_default())),
         None if modules.len() < splitter.fixed.len() => {
             let presets: Vec<_> = splitter.fixed.iter().filter_map(|place| gsd.modules.get(*place)).collect();
             let names: Vec<_> = presets.iter().map(|module| format!("'{}'", module.name)).collect();

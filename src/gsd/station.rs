@@ -26,6 +26,9 @@ const BLOCK_HEAD_LEN: u8 = 4;
 /// Refusals whose words are kept: an event is explained soon after it came.
 const KEPT_WORDS: usize = 16;
 
+/// The identifier of an empty slot (G-01).
+const EMPTY_SLOT: u8 = 0x00;
+
 /// The most octets of user parameters.
 const MAX_USER_PRM_LEN: u8 = 237;
 
@@ -113,8 +116,10 @@ pub struct Station {
     prm_lengths: (u8, u8),
     /// The configuration of a compact station, else what Get_Cfg reports at first (G-11).
     configuration: Vec<u8>,
-    /// It has these modules and takes no other configuration.
-    plugged: Option<Vec<usize>>,
+    /// It has these modules, slot by slot; `None` in an empty slot.
+    plugged: Option<Vec<Option<usize>>>,
+    /// It takes a configuration of other modules than it has, and the diagnosis reports them.
+    reports: bool,
     /// The words of the last refusals, by number.
     said: RefCell<(u16, VecDeque<(u16, String)>)>,
 }
@@ -167,18 +172,31 @@ impl Station {
             prm_lengths,
             configuration,
             plugged: None,
+            reports: false,
             said,
         })
     }
 
-    /// The same station with these modules plugged in, slot by slot: places in [`Gsd::modules`]. Get_Cfg reports them, and
-    /// another configuration is refused.
+    /// The same station with these modules plugged in, slot by slot: places in [`Gsd::modules`].
+    /// Get_Cfg reports them. Another configuration is refused, or with [`Station::reporting`] taken.
     ///
     /// # Errors
     /// [`NotPluggable`] if the file does not admit them.
-    pub fn plugged(mut self, modules: &[usize]) -> Result<Self, NotPluggable> {
-        let own = modules.iter().filter_map(|place| self.gsd.modules.get(*place));
-        let configuration: Vec<u8> = own.flat_map(|module| module.identifiers.clone()).collect();
+    pub fn plugged(self, modules: &[usize]) -> Result<Self, NotPluggable> {
+        let modules: Vec<_> = modules.iter().copied().map(Some).collect();
+        self.with_slots(&modules)
+    }
+
+    /// The same with empty slots: `None`.
+    ///
+    /// # Errors
+    /// As [`Station::plugged`].
+    pub fn with_slots(mut self, modules: &[Option<usize>]) -> Result<Self, NotPluggable> {
+        let identifiers = |place: &Option<usize>| match place {
+            Some(place) => self.gsd.modules.get(*place).map(|module| module.identifiers.clone()),
+            None => Some(vec![EMPTY_SLOT]),
+        };
+        let configuration: Vec<u8> = modules.iter().filter_map(identifiers).flatten().collect();
         if let Err(refusal) = self.modules(&configuration, None) {
             return Err(NotPluggable { words: self.words_of(&refusal) });
         }
@@ -188,6 +206,18 @@ impl Station {
         }
         self.configuration = configuration;
         Ok(self)
+    }
+
+    /// The same station, which takes a configuration of other modules than those plugged in, and reports them as wrong or
+    /// missing.
+    #[must_use]
+    pub fn reporting(self, reports: bool) -> Self {
+        Self { reports, ..self }
+    }
+
+    /// What is plugged in the slot at this place of the configuration; `None`: what the master says.
+    pub(crate) fn in_slot(&self, place: usize) -> Option<Option<usize>> {
+        self.plugged.as_ref().map(|plugged| plugged.get(place).copied().flatten())
     }
 
     /// Whether it takes one configuration only, which Get_Cfg reports.
@@ -280,11 +310,12 @@ impl Station {
         let prm = user_prm.map(|octets| UserPrm { octets, start: self.part_len });
         if !self.modular && !self.gsd.modules.is_empty() {
             self.compact(configuration)?;
-            return Ok(Reading::of(&self.gsd, (0..self.gsd.modules.len()).collect(), prm));
+            let all: Vec<_> = (0..self.gsd.modules.len()).map(Some).collect();
+            return Ok(Reading::of(&self.gsd, &all, prm));
         }
         let reading = if self.gsd.modules.is_empty() {
             // G-09: whatever fits.
-            Reading::of(&self.gsd, Vec::new(), prm)
+            Reading::of(&self.gsd, &[], prm)
         } else {
             split(&self.gsd, self.policy.free_slots, configuration, prm).map_err(|stuck| {
                 let expected = stuck.expected.map_or(Expected::AsReasoned, Expected::Octet);
@@ -303,9 +334,9 @@ impl Station {
             }
         }
         match &self.plugged {
-            Some(_) if configuration != self.configuration => Err(self.otherwise_plugged(configuration)),
-            Some(modules) => Ok(Reading::of(&self.gsd, modules.clone(), prm)),
-            None => Ok(reading),
+            Some(modules) if configuration == self.configuration => Ok(Reading::of(&self.gsd, modules, prm)),
+            Some(_) if !self.reports => Err(self.otherwise_plugged(configuration)),
+            Some(_) | None => Ok(reading),
         }
     }
 

@@ -30,6 +30,21 @@ pub enum ByHand {
     },
     /// The diagnosis reports nothing that was raised.
     Ended,
+    /// The module of a slot is pulled.
+    Pulled {
+        /// The number of the slot.
+        slot: u16,
+    },
+    /// A module that is not that of the configuration is plugged in a slot.
+    PluggedOther {
+        /// The number of the slot.
+        slot: u16,
+    },
+    /// The module of the configuration is plugged in a slot.
+    Plugged {
+        /// The number of the slot.
+        slot: u16,
+    },
 }
 
 impl fmt::Display for ByHand {
@@ -43,6 +58,9 @@ impl fmt::Display for ByHand {
             }
             Self::AllReleased => f.write_str("no input is forced any more"),
             Self::Raised { .. } => f.write_str("diagnosis raised by hand"),
+            Self::Pulled { slot } => write!(f, "the module of slot {slot} is pulled"),
+            Self::PluggedOther { slot } => write!(f, "another module is plugged in slot {slot}"),
+            Self::Plugged { slot } => write!(f, "the module of slot {slot} is plugged"),
             Self::Ended => f.write_str("no diagnosis is raised by hand any more"),
         }
     }

@@ -2,9 +2,12 @@
 
 use core::fmt;
 
+use super::reported::InSlot;
 use super::{GsdStation, OutputsAre};
 use crate::face::description::Exchange;
+use crate::face::surroundings::{Declined, Provocable};
 use crate::face::{Description, Surroundings};
+use crate::gsd::ModuleState;
 use crate::time::Instant;
 
 impl OutputsAre {
@@ -24,6 +27,49 @@ impl Surroundings for GsdStation {
     /// Its inputs belong to what moves them by itself.
     fn make_nominal(&mut self, _now: Instant) {
         self.release_all();
+        self.plug_all();
+    }
+
+    /// Of a modular station each module can be missing or another one.
+    fn each_fault(&self, tell: &mut dyn FnMut(Provocable<'_>)) {
+        for placed in self.layout().iter().filter(|_| self.gsd().is_modular()) {
+            let (slot, name) = (placed.slot.number, placed.name(self.gsd()));
+            for (what, in_slot) in InSlot::NAMED {
+                let (state, text) = match in_slot {
+                    InSlot::Empty => (ModuleState::Missing, "the module is pulled"),
+                    InSlot::Other | InSlot::Expected => (ModuleState::Wrong, "another module is plugged"),
+                };
+                let present = self.unlike().get(&slot) == Some(&state);
+                tell(Provocable {
+                    name: &format_args!("slot{slot}-{what}"),
+                    text: &format_args!("slot {slot} '{name}': {text}"),
+                    present,
+                    provoked: present,
+                });
+            }
+        }
+    }
+
+    fn provoke(&mut self, _now: Instant, fault: &str) -> Result<(), Declined> {
+        let (slot, what) = self.fault(fault)?;
+        self.plug(slot, what);
+        Ok(())
+    }
+
+    fn take_back(&mut self, _now: Instant, fault: &str) -> Result<(), Declined> {
+        let (slot, _) = self.fault(fault)?;
+        self.plug(slot, InSlot::Expected);
+        Ok(())
+    }
+}
+
+impl GsdStation {
+    /// The slot of a fault, and what is in it then.
+    fn fault(&self, name: &str) -> Result<(u16, InSlot), Declined> {
+        let named = InSlot::named(name).filter(|(slot, _)| {
+            self.gsd().is_modular() && self.layout().iter().any(|placed| placed.slot.number == *slot)
+        });
+        named.ok_or(Declined::Unknown)
     }
 }
 
@@ -33,7 +79,7 @@ impl Description for GsdStation {
     }
 
     fn tell_fault(&self, tell: &mut dyn FnMut(&dyn fmt::Display, &dyn fmt::Display)) {
-        if !self.raised().is_empty() {
+        if !self.report_words().is_empty() {
             tell(&"diagnosis", &"raised");
         }
     }

@@ -8,18 +8,21 @@ use std::collections::{BTreeMap, VecDeque};
 
 use super::fault::{Condition, Switch};
 use super::refusals::Refusals;
+use super::reported::{Reported, Timed};
 use super::state_dir::Images;
 use super::station_file::{Kept, KeptImage};
 use super::{Appearance, ByHand, Participant, StateDir, StateDirError, StationKind, Stored, ValueBoard};
 use crate::devices::StationEvent;
 use crate::face::Description;
-use crate::gsd::{Gsd, Placed, RaiseError, Raised, Station};
+use crate::gsd::{Gsd, ModuleState, Placed, Raised, Station};
 use crate::image::Generation;
 use crate::process::{Elsewhere, Image, Input, Point, Process, Slot, ValueError};
 use crate::profibus::dp;
 use crate::profibus::fdl::MAX_TELEGRAM_LEN;
 use crate::profibus::fdl::{Address, Rates, Telegram};
 use crate::time::{BaudRate, Instant};
+
+mod reporting;
 
 /// The most inputs of a slave.
 const MAX_IO_LEN: usize = dp::chk_cfg::MAX_IO_LEN;
@@ -57,7 +60,16 @@ pub struct GsdStation {
     /// `output_updates` of the slave when the processes ran last.
     seen: Option<u32>,
     outputs_are: OutputsAre,
-    raised: Raised,
+    reported: Reported,
+    /// The slots whose module is not that of the configuration.
+    unlike: BTreeMap<u16, ModuleState>,
+    /// The inputs of the others.
+    live: [u8; MAX_IO_LEN],
+    /// When the time line begins, and when something on it begins or ends next.
+    began: Instant,
+    next_report: Option<Instant>,
+    /// The last call.
+    now: Instant,
     /// How often something was raised.
     raises: u16,
     by_hand: VecDeque<ByHand>,
@@ -91,7 +103,12 @@ impl GsdStation {
             signals: Vec::new(),
             seen: None,
             outputs_are: OutputsAre::Unowned,
-            raised: Raised::default(),
+            reported: Reported::default(),
+            unlike: BTreeMap::new(),
+            live: [0xFF; MAX_IO_LEN],
+            began: Instant::ZERO,
+            next_report: None,
+            now: Instant::ZERO,
             raises: 0,
             by_hand: VecDeque::new(),
             refusals,
@@ -108,6 +125,14 @@ impl GsdStation {
     #[must_use]
     pub fn on_board(mut self, board: ValueBoard) -> Self {
         self.board = Some(board);
+        self
+    }
+
+    /// The same station with a time line of its diagnosis, which begins at `now`.
+    #[must_use]
+    pub(crate) fn with_timed(mut self, now: Instant, timed: Vec<Timed>) -> Self {
+        (self.reported.timed, self.began) = (timed, now);
+        self.report(now);
         self
     }
 
@@ -244,30 +269,6 @@ impl GsdStation {
         self.offer();
     }
 
-    /// What is raised besides what the slave reports by itself.
-    pub const fn raised(&self) -> &Raised {
-        &self.raised
-    }
-
-    /// Has the diagnosis report this and nothing else, until it is raised anew.
-    ///
-    /// # Errors
-    /// [`RaiseError`] for what the configuration or the file does not have. Nothing is changed then.
-    pub fn raise(&mut self, raised: Raised) -> Result<(), RaiseError> {
-        let diagnosis = raised.blocks(self.gsd(), &self.layout)?;
-        self.station.file_diagnosis(&diagnosis);
-        if raised.is_empty() {
-            self.tell(ByHand::Ended);
-        } else {
-            self.raises = self.raises.wrapping_add(1);
-            let words = raised.words(self.gsd(), &self.layout).join(", ");
-            self.refusals.raised(self.station.address(), self.raises, &words);
-            self.tell(ByHand::Raised { number: self.raises });
-        }
-        self.raised = raised;
-        Ok(())
-    }
-
     /// The oldest thing that was done by hand and is not told yet.
     pub(super) fn poll_by_hand(&mut self) -> Option<ByHand> {
         self.by_hand.pop_front()
@@ -294,7 +295,7 @@ impl GsdStation {
 
     fn input_octet(&self, at: usize) -> u8 {
         let of = |octets: &[u8; MAX_IO_LEN]| octets.get(at).copied().unwrap_or_default();
-        (of(&self.inputs) & !of(&self.mask)) | (of(&self.forced) & of(&self.mask))
+        ((of(&self.inputs) & !of(&self.mask)) | (of(&self.forced) & of(&self.mask))) & of(&self.live)
     }
 
     /// The modules are those of the configuration that the slave reports now. What was forced in other octets means
@@ -315,12 +316,10 @@ impl GsdStation {
             *due = Some(Instant::ZERO);
         }
         // Slots that are gone have no diagnosis.
-        let blocks = self.raised.blocks(self.gsd(), &self.layout);
-        if blocks.is_err() {
-            self.raised = Raised::default();
+        if self.reported.by_hand.blocks(self.gsd(), &self.layout).is_err() {
+            self.reported.by_hand = Raised::default();
         }
-        self.station.file_diagnosis(&blocks.unwrap_or(dp::ExtDiag::NONE));
-        self.offer();
+        self.report(self.now);
     }
 
     /// Tells the modules that the master's octets leave open, once for each of its projects.
@@ -343,6 +342,13 @@ impl GsdStation {
 
     /// Runs the processes that are due, and all of them when outputs have come.
     fn run(&mut self, now: Instant) {
+        self.now = now;
+        if self.next_report.is_some_and(|next| next <= now) {
+            self.report(now);
+            let (address, words) = (self.station.address(), self.report_words().join(", "));
+            let words = if words.is_empty() { "nothing" } else { &words };
+            tracing::info!("station {address}: by the time line the diagnosis reports {words}");
+        }
         let updates = self.slave().output_updates();
         let news = self.seen != Some(updates);
         if !news && self.due().is_none_or(|due| due > now) {
@@ -355,13 +361,24 @@ impl GsdStation {
         if self.processes.is_empty() && self.signals.is_empty() {
             return;
         }
-        let Self { station, slots, inputs, processes, signals, board, .. } = self;
+        let Self { station, slots, inputs, processes, signals, board, unlike, .. } = self;
         let others = |elsewhere: &Elsewhere| board.as_ref()?.value(elsewhere);
         let processes = processes.iter_mut().map(|(process, due)| (process.as_mut(), due));
         let signals = signals.iter_mut().map(|(input, due)| (input as &mut dyn Process, due));
         for (process, due) in processes.chain(signals) {
             if news || due.is_some_and(|due| due <= now) {
-                let outputs = station.slave().outputs();
+                let mut outputs = [0; MAX_IO_LEN];
+                let live = |at: usize| {
+                    slots.iter().all(|slot| !slot.outputs.contains(&at) || !unlike.contains_key(&slot.number))
+                };
+                let outputs = if unlike.is_empty() {
+                    station.slave().outputs()
+                } else {
+                    for (at, (own, sent)) in outputs.iter_mut().zip(station.slave().outputs()).enumerate() {
+                        *own = if live(at) { *sent } else { 0 };
+                    }
+                    &outputs
+                };
                 let mut image = Image { slots, outputs, inputs: &mut inputs[..], others: &others };
                 *due = process.step(now, &mut image);
             }
@@ -370,7 +387,7 @@ impl GsdStation {
     }
 
     fn due(&self) -> Option<Instant> {
-        let signals = self.signals.iter().filter_map(|(_, due)| *due);
+        let signals = self.signals.iter().filter_map(|(_, due)| *due).chain(self.next_report);
         self.processes.iter().filter_map(|(_, due)| *due).chain(signals).min()
     }
 

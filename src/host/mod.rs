@@ -63,6 +63,7 @@ mod ranges;
 pub(crate) mod reach;
 mod refusals;
 mod repeats;
+mod reported;
 mod run;
 mod state_dir;
 mod station_file;

@@ -96,6 +96,40 @@ fn signals_are_given_on_the_command_line_and_over_http_and_read_inputs_and_value
 }
 
 #[test]
+fn modules_are_pulled_and_plugged_as_faults_and_a_diagnosis_may_be_octets() {
+    let emulator = emulator();
+    let faults = &emulator.get("/api/v1/stations/7")["faults"];
+    let missing = json!({ "fault": "slot1-missing", "text": "slot 1 '8 DI': the module is pulled", "present": false, "provoked": false });
+    assert!(faults.as_array().is_some_and(|all| all.contains(&missing)), "{faults}");
+    let octets = |emulator: &Emulator| emulator.get("/api/v1/stations/7/diagnosis")["octets"].clone();
+    let before = octets(&emulator);
+    emulator.set("POST", "/api/v1/stations/7/provoke", &json!({ "fault": "slot1-missing" }));
+    let diagnosis = emulator.get("/api/v1/stations/7/diagnosis");
+    assert_eq!(diagnosis["texts"], json!(["slot 1 '8 DI': has a diagnosis"]), "its GSD has no module status");
+    assert_eq!(diagnosis["octets"].as_array().unwrap()[6..], [json!(0x42), json!(1)]);
+    emulator.set(
+        "POST",
+        "/api/v1/stations/7/provoke",
+        &json!({ "fault": "slot1-missing", "provoked": false }),
+    );
+    assert_eq!(octets(&emulator), before);
+    emulator.set("PUT", "/api/v1/stations/7/diagnosis", &json!({ "octets": [0x42, 0x80, 0xC5] }));
+    assert_eq!(octets(&emulator).as_array().unwrap()[6..], [json!(0x42), json!(0x80), json!(0xC5)]);
+    for (wrong, words) in [
+        (vec![0xC0; 27], "27 octets of diagnosis, Max_Diag_Data_Len leaves 26 behind the first six"),
+        (vec![0x43, 1], "octet 0 of the diagnosis, 0x43, begins no whole block"),
+    ] {
+        let body = json!({ "octets": wrong }).to_string();
+        let path = "/api/v1/stations/7/diagnosis";
+        let refused = emulator.request("PUT", path, "content-type: application/json\r\n", &body);
+        assert!(refused.status == 422 && refused.body.contains(words), "{refused:?}");
+    }
+    assert_eq!(octets(&emulator).as_array().unwrap()[6..], [json!(0x42), json!(0x80), json!(0xC5)]);
+    assert_eq!(emulator.request("DELETE", "/api/v1/stations/7/diagnosis", "", "").status, 200);
+    assert_eq!(octets(&emulator), before);
+}
+
+#[test]
 fn a_module_is_found_by_the_name_that_the_user_gave_it() {
     let folder = tempfile::tempdir().unwrap();
     let gsd = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/gsd/twins.gsd");

@@ -273,3 +273,30 @@ fn a_status_block_that_is_raised_stays_when_the_configuration_changes() {
     assert_eq!(configure(&mut rig, &[0x10]), block, "it has no slot");
     assert_eq!(*rig.station(7).raised(), raised);
 }
+
+#[test]
+fn a_master_that_expects_other_modules_is_told_which_are_wrong_or_missing() {
+    let file = "#Profibus_DP\nIdent_Number=0x0A08\n500_supp=1\nMaxTsdr_500=100\nMax_Diag_Data_Len=20\nModular_Station=1\n\
+        Max_Module=4\nUnitDiagType=130\nX_Unit_Diag_Area=24-25\nX_Value(3)=\"no module\"\nX_Unit_Diag_Area_End\n\
+        EndUnitDiagType\nModule=\"in\" 0x10\nEndModule\nModule=\"out\" 0x20\nEndModule\n";
+    let gsd = Gsd::read(file.as_bytes()).unwrap();
+    assert!(gsd.has_module_status());
+    let plugged = [Some(0), Some(0), None];
+    let address = Address::station(7).unwrap();
+    for (reports, cfg_fault) in [(true, false), (false, true)] {
+        let station = Station::new(gsd.clone(), Policy::PROPOSED).unwrap();
+        let station = station.with_slots(&plugged).unwrap().reporting(reports);
+        let mut rig = Rig::new([GsdStation::new(address, BaudRate::K500, station, Refusals::default())]);
+        rig.telegram(7, 0x6D, Some(61), &[0x88 | 0x20, 10, 10, 11, 0x0A, 0x08, 0]);
+        rig.toggles[7] = false;
+        rig.request(7, Some(62), &[0x10, 0x20, 0x10]);
+        let diagnosis = rig.request(7, Some(60), &[]).unwrap()[2..].to_vec();
+        assert_eq!(diagnosis[0] & 0x04 != 0, cfg_fault, "{diagnosis:02X?}");
+        if reports {
+            rig.exchange(7, [0; 5]);
+            rig.request(7, None, &[0]).unwrap();
+            let diagnosis = rig.request(7, Some(60), &[]).unwrap();
+            assert_eq!(diagnosis[8..], [0x42, 0x06, 0x05, 0x82, 0x00, 0x00, 0x38], "{diagnosis:02X?}");
+        }
+    }
+}

@@ -143,6 +143,22 @@ mod tests {
     }
 
     #[test]
+    fn a_station_may_have_empty_slots_and_a_time_line_of_its_diagnosis() {
+        let text = format!(
+            "{}unlike = 'report'\n[[line.station.diagnosis]]\nfrom = '5s'\nuntil = '9s'\nbits = [0]\nmissing = [3]\n\
+             areas = [{{ first-bit = 4, value = 2 }}]\noctets = [193]\nnot-valid = true\n\
+             channels = [{{ slot = 1, channel = 3, error = 16, direction = 'input', width = 'bit' }}]\n",
+            STATION.replace("'8 DI', ", "'8 DI', '', ")
+        );
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/gsd");
+        let lines = plan(&text, &folder).unwrap().lines;
+        let station = lines[0].slaves[0].prepared.station.as_ref().unwrap();
+        let layout = station.layout(&[0x10, 0x00, 0x61], None);
+        let names: Vec<_> = layout.iter().map(|placed| placed.name(station.gsd())).collect();
+        assert_eq!(names, ["8 DI", "empty slot", "2 AO"]);
+    }
+
+    #[test]
     fn what_is_wrong_is_told_with_line_column_and_cure() {
         let line = |rest: &str| format!("[[line]]\nlink = 'pty'\n{rest}");
         let station = |rest: &str| format!("{STATION}{rest}");
@@ -320,6 +336,21 @@ mod tests {
                 input("behaviour = 'follow'\nstation = 8\ndelay = '1s'\nof = { slot = 3, type = 'bit0' }"),
                 "11, column 11",
                 "there is no station 8",
+            ),
+            (station("unlike = 'maybe'"), "7, column 10", "expected refuse or report"),
+            (
+                station("[[line.station.diagnosis]]\nfrom = '5s'\nuntil = '5s'\nbits = [0]"),
+                "9, column 9",
+                "until must be later than from",
+            ),
+            (station("[[line.station.diagnosis]]\nbit = [0]"), "8, column 1", "'bit' is unknown"),
+            (station("[[line.station.diagnosis]]\nfrom = '5s'"), "7, column 1", "reports nothing"),
+            (station("[[line.station.diagnosis]]\nidentifiers = [1, 3]"), "7, column 1", "there is no slot 3"),
+            (station("[[line.station.diagnosis]]\noctets = [67, 0]"), "7, column 1", "no whole block"),
+            (
+                station("[[line.station.diagnosis]]\nchannels = [{ slot = 1, channel = 0, error = 12 }]"),
+                "8, column 46",
+                "12 is no error of a channel",
             ),
             (
                 input("behaviour = 'follow'\nline = 2\nstation = 8\nof = '1/0/bit0'"),

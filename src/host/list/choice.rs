@@ -41,6 +41,8 @@ pub enum Takes {
     Values,
     /// Inputs, each with what it follows.
     Inputs,
+    /// Diagnoses, each with its time.
+    Diagnosis,
 }
 
 impl Choice {
@@ -67,7 +69,7 @@ impl Choice {
             }
             Takes::Flag => format!(",{key}"),
             Takes::Inputs => return format!("[,{key}=SLOT/OCTET/TYPE:BEHAVIOUR:KEY=VALUE]..."),
-            Takes::Names | Takes::Quirks | Takes::Values => return String::new(),
+            Takes::Names | Takes::Quirks | Takes::Values | Takes::Diagnosis => return String::new(),
         };
         if required { form } else { format!("[{form}]") }
     }
@@ -121,6 +123,7 @@ impl Takes {
             Self::Quirks => "a table of names and values",
             Self::Values => "a table of names and numbers",
             Self::Inputs => "a list of inputs",
+            Self::Diagnosis => "a list of diagnoses",
         }
     }
 }
@@ -159,6 +162,8 @@ pub struct Choices {
     pub(super) values: Vec<(String, f64)>,
     /// Its inputs, as they were given, and where paths in them begin.
     pub(super) inputs: (Vec<Given>, PathBuf),
+    /// What its diagnosis reports, as it was given.
+    pub(super) diagnoses: Vec<Given>,
 }
 
 impl Choices {

@@ -8,6 +8,7 @@
 //! | `spec` | [`Spec`]: one specification for `a,k=v`, TOML and JSON |
 //! | `node_files` | nodes that a file describes |
 //! | `slaves` | how the devices on PROFIBUS are made |
+//! | `timed` | the diagnosis of a station on the time line |
 //! | `signals`, `inputs` | the kinds of signals; the inputs of a station that follow them |
 //! | `named` | parameters by number or name |
 //!
@@ -23,6 +24,7 @@ mod schema;
 pub(crate) mod signals;
 mod slaves;
 mod spec;
+pub(crate) mod timed;
 
 use core::fmt;
 
@@ -99,10 +101,17 @@ pub static DEVICES: &[Device] = &[
             Choice::of(
                 "modules",
                 Takes::Names,
-                "The names of the modules that are plugged in, slot by slot. Another configuration is refused. Without it \
-                 the master chooses.",
+                "The names of the modules that are plugged in, slot by slot, \"\" for an empty slot. Without it the master \
+                 chooses.",
             ),
             Choice::of("input", Takes::Inputs, "How its inputs change."),
+            Choice::of("diagnosis", Takes::Diagnosis, "What its diagnosis reports, and when."),
+            Choice::of(
+                "unlike",
+                Takes::OneOf(&["refuse", "report"], None),
+                "Another configuration than that of modules is refused, or taken and reported as wrong and missing modules. \
+                 Unless given it is reported if the GSD has texts for it.",
+            ),
         ],
         quirks: Vec::new,
         prepare: slaves::gsd_station,

@@ -5,7 +5,11 @@ use utoipa::openapi::{RefOr, Schema};
 
 use super::inputs::OWN;
 use super::signals::{BEHAVIOUR, Holds, KINDS};
+use super::timed::{AREA, DIRECTIONS, WIDTHS};
 use super::{Choice, Group, Takes};
+
+/// A time.
+const TIME: &str = "^[0-9]+(us|ms|s)$";
 
 impl Group {
     /// The schema of a specification of the group, its own keys in `more`.
@@ -79,7 +83,7 @@ fn inputs() -> Value {
     let of_key = |holds: Holds| match holds {
         Holds::Number => json!({ "type": "number" }),
         Holds::Whole => json!({ "type": "integer", "minimum": 0 }),
-        Holds::Time => json!({ "type": "string", "pattern": "^[0-9]+(us|ms|s)$" }),
+        Holds::Time => json!({ "type": "string", "pattern": TIME }),
         Holds::OneOf(words) => json!({ "enum": words }),
         Holds::File => json!({ "type": "string", "minLength": 1 }),
         Holds::Value | Holds::Values => {
@@ -121,6 +125,49 @@ fn inputs() -> Value {
     })
 }
 
+/// A diagnosis on the time line.
+fn diagnosis() -> Value {
+    let time = json!({ "type": "string", "pattern": TIME });
+    let slot = json!({ "type": "integer", "minimum": 0, "maximum": 65535 });
+    let up_to = |most: u32| json!({ "type": "integer", "minimum": 0, "maximum": most });
+    let list = |items: &Value| json!({ "type": "array", "items": items });
+    let table = |properties: Value, required: &[&str]| json!({ "type": "object", "additionalProperties": false, "properties": properties, "required": required });
+    let words = |known: std::vec::Vec<&str>| json!({ "enum": known, "default": known.first() });
+    let channel = json!({
+        "slot": slot, "channel": up_to(63), "error": { "type": "integer", "minimum": 1, "maximum": 31 },
+        "direction": words(DIRECTIONS.iter().map(|(word, _)| *word).collect()),
+        "width": words(WIDTHS.iter().map(|(word, _)| *word).collect()),
+    });
+    let about = |about: &str, mut schema: Value| {
+        if let Some(schema) = schema.as_object_mut() {
+            schema.insert("description".to_owned(), about.into());
+        }
+        schema
+    };
+    table(
+        json!({
+            "from": about("When it begins, from the start of the line on; at once unless given.", time.clone()),
+            "until": about("When it ends.", time),
+            "bits": about("Unit_Diag_Bit: the bits whose text applies.", list(&up_to(495))),
+            "areas": about(
+                "Unit_Diag_Area.",
+                list(&table(json!({ "first-bit": up_to(495), "value": up_to(u32::MAX) }), AREA)),
+            ),
+            "identifiers": about("Slots of the identifier-related diagnosis.", list(&slot)),
+            "invalid": about("Slots whose module has a fault (module status).", list(&slot)),
+            "wrong": about("Slots in which another module is plugged.", list(&slot)),
+            "missing": about("Slots whose module is pulled.", list(&slot)),
+            "channels": about(
+                "Channel-related diagnosis.",
+                list(&table(channel, &["slot", "channel", "error"])),
+            ),
+            "octets": about("Blocks as octets, behind the others.", list(&up_to(255))),
+            "not-valid": about("Stat_Diag: the inputs are not valid.", json!({ "type": "boolean" })),
+        }),
+        &[],
+    )
+}
+
 impl Choice {
     fn schema(&self) -> Value {
         let mut schema = match self.takes {
@@ -143,6 +190,7 @@ impl Choice {
             Takes::Names => json!({ "type": "array", "items": { "type": "string" } }),
             Takes::Quirks => json!({ "type": "object", "additionalProperties": { "type": "string" } }),
             Takes::Values => json!({ "type": "object", "additionalProperties": { "type": "number" } }),
+            Takes::Diagnosis => json!({ "type": "array", "items": diagnosis() }),
             Takes::Inputs => json!({ "type": "array", "items": inputs() }),
         };
         if let Some(schema) = schema.as_object_mut() {

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use thiserror::Error;
 
-use super::{Choice, Choices, Group, QuirkRow, Spec, Wrong, inputs, named};
+use super::{Choice, Choices, Group, QuirkRow, Spec, Wrong, inputs, named, timed};
 use crate::devices::ag03::param::{self, Access, Model, Pnu, Value, Width};
 use crate::devices::ag03::profibus::{Config, Device, Gear, QUIRKS};
 use crate::devices::ppo_drive::profibus::{CONFIGURATIONS, Family, IDENT_NUMBER, PpoDrive, PpoOnly, ppo_of};
@@ -184,10 +184,22 @@ pub(super) fn gsd_station(spec: &Spec) -> Result<Prepared, Wrong> {
         .map_err(|words| Wrong::at("gsd", words))?;
     let station = match spec.choices.names("modules") {
         Some(names) => plugged(station, names)?,
+        None if spec.choices.word("unlike").is_some() => {
+            return Err(Wrong::at(
+                "unlike",
+                "unlike needs modules, the names of the modules that are plugged in",
+            ));
+        }
         None => station,
     };
+    let reports = match spec.choices.word("unlike") {
+        Some(word) => word == "report",
+        None => station.gsd().has_module_status(),
+    };
+    let station = station.reporting(reports);
     let (given, folder) = &spec.choices.inputs;
     let inputs = inputs::inputs("input", given, folder, &station)?;
+    let timed = timed::rows("diagnosis", &spec.choices.diagnoses, &station)?;
     let (address, gsd) = (spec.address(), station.gsd());
     let about =
         format!("{} {}, ident 0x{:04X}, from its GSD at address {address}", gsd.vendor, gsd.model, gsd.ident);
@@ -200,7 +212,8 @@ pub(super) fn gsd_station(spec: &Spec) -> Result<Prepared, Wrong> {
             tracing::warn!("station {address}: its GSD requires services of DPV1, which are not emulated");
         }
         let mut hosted = GsdStation::new(address, ground.rate, station, ground.refusals.clone())
-            .on_board(ground.board.clone());
+            .on_board(ground.board.clone())
+            .with_timed(ground.now, timed);
         for input in parts.inputs {
             hosted.connect_input(input);
         }
@@ -219,7 +232,10 @@ pub(super) fn gsd_station(spec: &Spec) -> Result<Prepared, Wrong> {
 fn plugged(station: Station, names: &[String]) -> Result<Station, Wrong> {
     let known = || station.gsd().modules.iter().map(|module| &*module.name);
     let place = |(at, name): (usize, &String)| {
-        known().position(|known| known == name).ok_or_else(|| {
+        if name.is_empty() {
+            return Ok(None);
+        }
+        known().position(|known| known == name).map(Some).ok_or_else(|| {
             let cure = match did_you_mean(name, known()) {
                 Some(near) => format!("did you mean '{near}'?"),
                 None => format!("expected one of '{}'", known().take(12).collect::<Vec<_>>().join("', '")),
@@ -227,8 +243,8 @@ fn plugged(station: Station, names: &[String]) -> Result<Station, Wrong> {
             Wrong::within("modules", &at.to_string(), format!("there is no module '{name}'; {cure}"))
         })
     };
-    let modules: Vec<usize> = names.iter().enumerate().map(place).collect::<Result<_, _>>()?;
-    station.plugged(&modules).map_err(|error| Wrong::at("modules", error))
+    let modules: Vec<Option<usize>> = names.iter().enumerate().map(place).collect::<Result<_, _>>()?;
+    station.with_slots(&modules).map_err(|error| Wrong::at("modules", error))
 }
 
 /// The station of a file; what is odd about the file is logged.

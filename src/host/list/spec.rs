@@ -331,6 +331,7 @@ impl Spec {
                     self.choices.values.push((name.clone(), *number));
                 }
             }
+            (Takes::Diagnosis, Given::List(rows)) => self.choices.diagnoses.clone_from(rows),
             (Takes::Inputs, Given::List(inputs)) => {
                 self.choices.inputs = (inputs.clone(), folder.to_owned());
             }

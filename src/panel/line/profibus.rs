@@ -158,7 +158,7 @@ impl OnLine for BusAccess<'_> {
         if let Some(modules) = self.bus.modules(address) {
             state.has.modules = true;
             let (slave, raised) = (modules.slave(), modules.raised());
-            let texts = raised.words(modules.gsd(), modules.layout());
+            let texts = modules.report_words();
             state.diagnosis =
                 Some(modules::Diagnosis::of(raised, texts, slave.diagnosis(), slave.ext_diag()));
         }

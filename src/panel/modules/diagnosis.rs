@@ -41,6 +41,9 @@ pub(in crate::panel) struct RaisedDiagnosis {
     modules: Vec<RaisedModule>,
     /// Channel-related diagnosis.
     channels: Vec<RaisedChannel>,
+    /// Blocks as octets, behind the others; at most Max_Diag_Data_Len less 6.
+    #[cfg_attr(test, schema(max_items = 238))]
+    octets: Vec<u8>,
     /// Stat_Diag: the inputs are not valid.
     not_valid: bool,
 }
@@ -116,6 +119,7 @@ impl RaisedDiagnosis {
             identifiers: raised.identifiers.iter().copied().collect(),
             modules: raised.modules.iter().map(module).collect(),
             channels: raised.channels.iter().map(channel).collect(),
+            octets: raised.octets.clone(),
             not_valid: raised.not_valid,
         }
     }
@@ -138,6 +142,7 @@ impl RaisedDiagnosis {
             identifiers: self.identifiers.iter().copied().collect(),
             modules: self.modules.iter().map(|module| (module.slot, module.state)).collect(),
             channels: self.channels.iter().map(channel).collect::<Result<_, _>>()?,
+            octets: self.octets.clone(),
             not_valid: self.not_valid,
         })
     }

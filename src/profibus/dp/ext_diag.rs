@@ -84,6 +84,28 @@ impl ExtDiag {
         Ok(())
     }
 
+    /// Appends blocks as they are on the wire. One that does not fit any more is left out and sets Ext_Diag_Overflow.
+    ///
+    /// # Errors
+    /// [`BlockError::Cut`] if they are no whole blocks. Nothing is appended then.
+    pub fn push_octets(&mut self, octets: &[u8]) -> Result<(), BlockError> {
+        let mut all = *self;
+        let mut rest = octets;
+        while let Some(header) = rest.first() {
+            let (block, behind) = match block_len(*header) {
+                // A length counts its header, and a block has data.
+                0 => (None, rest),
+                1 if *header < REVISION => (None, rest),
+                len => (rest.get(..len), rest.get(len..).unwrap_or_default()),
+            };
+            let at = octets.len() - rest.len();
+            all.append(block.ok_or(BlockError::Cut { at, header: *header })?, &[]);
+            rest = behind;
+        }
+        *self = all;
+        Ok(())
+    }
+
     /// The blocks on the wire, 0..=238 octets.
     pub fn octets(&self) -> &[u8] {
         self.octets.get(..self.len).unwrap_or_default()
@@ -303,6 +325,14 @@ pub enum BlockError {
         /// Its value.
         got: u8,
     },
+    /// Octets that are no whole block.
+    #[error("octet {at} of the diagnosis, 0x{header:02X}, begins no whole block")]
+    Cut {
+        /// Its header, from 0.
+        at: usize,
+        /// The header.
+        header: u8,
+    },
 }
 
 const fn six_bits(what: &'static str, got: u8) -> Result<u8, BlockError> {
@@ -320,6 +350,22 @@ mod tests {
         width: Width::TwoWords,
         error: ChannelError::ERROR,
     };
+
+    #[test]
+    fn octets_are_taken_as_whole_blocks_only() {
+        let mut diagnosis = ExtDiag::fault();
+        let blocks = [0x03, 0xAA, 0xBB, 0x42, 0x01, 0x81, 0x43, 0xB0, 0xC5];
+        diagnosis.push_octets(&blocks).unwrap();
+        assert_eq!(diagnosis.octets(), blocks);
+        for (octets, at) in [(&[0x00][..], 0), (&[0x41], 0), (&[0xC0, 0x03, 0xAA], 1), (&[0x81, 0x43], 0)] {
+            let cut = Err(BlockError::Cut { at, header: octets[at] });
+            assert_eq!(diagnosis.push_octets(octets), cut);
+            assert_eq!(diagnosis.octets(), blocks);
+        }
+        let many = [0xC0; 300];
+        diagnosis.push_octets(&many).unwrap();
+        assert_eq!((diagnosis.octets().len(), diagnosis.overflow()), (MAX_LEN, true));
+    }
 
     #[test]
     fn d_07_every_type_of_block_has_its_header() {
