@@ -10,7 +10,9 @@ use super::pdo::PdoNumber;
 pub struct Policy {
     /// Whether segmented transfers are served; if not they are an unknown command.
     pub segmented: bool,
-    /// The answer to an unknown command, to block transfers and to a segment without transfer.
+    /// Whether block transfers are served; if not they are an unknown command.
+    pub block: bool,
+    /// The answer to an unknown command and to a segment without transfer.
     pub unknown_command: Abort,
     /// The answer to a wrong number of octets.
     pub wrong_length: WrongLength,
@@ -75,6 +77,7 @@ impl Policy {
     /// CiA 301 as commonly read.
     pub const CIA_301: Self = Self {
         segmented: true,
+        block: false,
         unknown_command: Abort::COMMAND,
         wrong_length: WrongLength::TooLongTooShort,
         four_octets_say_size: true,

@@ -128,6 +128,7 @@ impl Dictionary {
     /// How the node behaves.
     pub(super) const fn policy(&self) -> Policy {
         Policy {
+            block: true,
             out_of_range: OutOfRange::TooHighTooLow,
             sync_producer: SyncProducer::Produced,
             dummies: self.eds.dummies,

@@ -5,7 +5,7 @@
 //! | file | holds |
 //! | --- | --- |
 //! | here | [`Node`]: where a frame goes, NMT, resets, what the device asks for |
-//! | `sdo_server` | SDO transfers |
+//! | `sdo_server`, `sdo_block` | SDO transfers |
 //! | `access` | the checks of a read and a write |
 //! | `settings` | what a write of a communication object does |
 //! | [`storage`] | 1010h, 1011h, images for the host |
@@ -33,6 +33,7 @@ mod errors;
 mod guarding;
 mod heartbeat;
 mod rpdo;
+mod sdo_block;
 mod sdo_server;
 mod settings;
 pub mod storage;
@@ -266,6 +267,7 @@ impl Node {
             self.emcy_timeout(now);
             self.heartbeat_timeout(now);
             self.sync_timeout(now, app);
+            self.send_block(app);
             self.settle(now, app);
         }
     }
@@ -292,6 +294,7 @@ impl Node {
         let state = self.state?;
         let mut due = Instant::first_of(self.heartbeat_due, self.guarding.due());
         due = Instant::first_of(due, self.errors.due());
+        due = Instant::first_of(due, self.sdo.due().filter(|_| self.frames.is_empty()));
         due = Instant::first_of(due, self.sync_due.filter(|_| state.serves_sdo()));
         for consumer in &self.consumers {
             due = Instant::first_of(due, consumer.due());

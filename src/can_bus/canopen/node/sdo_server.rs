@@ -1,6 +1,7 @@
-//! The SDO server of a node: one transfer at a time, expedited and in segments.
+//! The SDO server of a node: one transfer at a time, expedited and in segments; `sdo_block` has those in blocks.
 
 use super::Node;
+use super::sdo_block::Block;
 use crate::can_bus::can::Frame;
 use crate::can_bus::canopen::abort::Abort;
 use crate::can_bus::canopen::address::Address;
@@ -15,21 +16,34 @@ use crate::time::Instant;
 /// What is under way.
 #[derive(Clone, Debug)]
 pub(super) struct Server {
-    transfer: Transfer,
+    pub(super) transfer: Transfer,
     /// The value on its way in or out, if it has room.
-    octets: [u8; MAX_VALUE_LEN],
+    pub(super) octets: [u8; MAX_VALUE_LEN],
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Transfer {
+pub(super) enum Transfer {
     /// None.
     Idle,
     /// Octets `sent..len` are still to be asked for.
     Upload { at: Address, len: usize, sent: usize, toggle: bool },
     /// So many octets have come.
     Download { at: Address, announced: Option<usize>, most: usize, came: usize, toggle: bool },
-    /// The write is done; the answer waits. `segment` is the toggle bit if the last request was a segment.
-    Held { at: Address, segment: Option<bool> },
+    /// In blocks.
+    Block { at: Address, block: Block },
+    /// The write is done; the answer waits.
+    Held { at: Address, answer: Answer },
+}
+
+/// What says that a write is done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Answer {
+    /// Of an expedited one.
+    Expedited,
+    /// Of the last segment, with this toggle bit.
+    Segment(bool),
+    /// Of the end of a block transfer.
+    Block,
 }
 
 impl Server {
@@ -39,6 +53,16 @@ impl Server {
     pub(super) const fn end(&mut self) {
         self.transfer = Transfer::Idle;
     }
+
+    /// When segments of a block are to be sent, once those before are on the bus.
+    pub(super) fn due(&self) -> Option<Instant> {
+        match &self.transfer {
+            Transfer::Block { block, .. } => block.due(),
+            Transfer::Idle | Transfer::Upload { .. } | Transfer::Download { .. } | Transfer::Held { .. } => {
+                None
+            }
+        }
+    }
 }
 
 impl Node {
@@ -47,6 +71,15 @@ impl Node {
         let Ok(octets) = <[u8; FRAME_LEN]>::try_from(frame.octets()) else { return };
         // Whatever the client wants, it does not wait for an older answer.
         self.storage.forget_answer();
+        let [command, ..] = octets;
+        if let Transfer::Block { block, .. } = self.sdo.transfer
+            && block.takes(now, command)
+        {
+            if let Some(response) = self.block_segment(now, octets, app) {
+                self.respond(response);
+            }
+            return;
+        }
         let response = match SdoRequest::decode(octets) {
             SdoRequest::Expedited { at, octets, len } => self.expedited(now, at, &octets, len, app),
             SdoRequest::Upload { at } => Some(self.upload(at, app)),
@@ -60,6 +93,7 @@ impl Node {
                 self.sdo_aborted_by_client(code);
                 None
             }
+            SdoRequest::Block { .. } if self.policy.block => self.block_request(now, octets, app),
             SdoRequest::Block { at } | SdoRequest::Unknown { at } => {
                 self.sdo.end();
                 Some(self.refuse(at, self.policy.unknown_command))
@@ -72,10 +106,13 @@ impl Node {
 
     /// The answer held by [`Written::Held`].
     pub(super) fn answer_held(&mut self, outcome: Result<(), Abort>) {
-        let Transfer::Held { at, segment } = self.sdo.transfer else { return };
+        let Transfer::Held { at, answer } = self.sdo.transfer else { return };
         self.sdo.end();
         let response = match outcome {
-            Ok(()) => done(at, segment),
+            Ok(()) => match done(at, answer) {
+                Some(response) => response,
+                None => return self.block_done(),
+            },
             Err(code) => self.refuse(at, code),
         };
         self.respond(response);
@@ -97,34 +134,40 @@ impl Node {
             (None, Err(_)) => octets.len(),
         };
         let octets = octets.get(..len).unwrap_or_default();
-        self.written(now, at, octets, None, app)
+        self.written(now, at, octets, Answer::Expedited, app)
     }
 
     /// Writes a value that is complete, and answers.
-    fn written(
+    pub(super) fn written(
         &mut self,
         now: Instant,
         at: Address,
         octets: &[u8],
-        segment: Option<bool>,
+        answer: Answer,
         app: &mut dyn Application,
     ) -> Option<Response> {
         let outcome = self.write(now, at, octets, Source::Sdo, app);
-        self.answer(at, octets, segment, outcome, app)
+        self.answer(at, octets, answer, outcome, app)
     }
 
-    fn answer(
+    pub(super) fn answer(
         &mut self,
         at: Address,
         octets: &[u8],
-        segment: Option<bool>,
+        answer: Answer,
         outcome: Result<Written, Broken>,
         app: &dyn Application,
     ) -> Option<Response> {
         match outcome {
-            Ok(Written::Done) => Some(done(at, segment)),
+            Ok(Written::Done) => {
+                let response = done(at, answer);
+                if response.is_none() {
+                    self.block_done();
+                }
+                response
+            }
             Ok(Written::Held) => {
-                self.sdo.transfer = Transfer::Held { at, segment };
+                self.sdo.transfer = Transfer::Held { at, answer };
                 None
             }
             Err(broken) => {
@@ -134,7 +177,7 @@ impl Node {
         }
     }
 
-    fn upload(&mut self, at: Address, app: &dyn Application) -> Response {
+    pub(super) fn upload(&mut self, at: Address, app: &dyn Application) -> Response {
         self.sdo.end();
         let mut octets = [0; 4];
         let outcome = self.read_with(at, app, |value| {
@@ -158,6 +201,17 @@ impl Node {
 
     /// A value of more than four octets, or of none.
     fn begin_upload(&mut self, at: Address, app: &dyn Application) -> Response {
+        match self.take_value(at, app) {
+            Ok(len) => {
+                self.sdo.transfer = Transfer::Upload { at, len, sent: 0, toggle: false };
+                Response::Upload { at, len: u32::try_from(len).unwrap_or(u32::MAX) }
+            }
+            Err(code) => self.refuse(at, code),
+        }
+    }
+
+    /// Keeps a value for its transfer if there is room; says its length.
+    pub(super) fn take_value(&mut self, at: Address, app: &dyn Application) -> Result<usize, Abort> {
         let mut kept = [0; MAX_VALUE_LEN];
         let outcome = self.read_with(at, app, |value| {
             if let Some(room) = kept.get_mut(..value.len()) {
@@ -165,14 +219,8 @@ impl Node {
             }
             Ok(value.len())
         });
-        match outcome {
-            Ok(len) => {
-                self.sdo.octets = kept;
-                self.sdo.transfer = Transfer::Upload { at, len, sent: 0, toggle: false };
-                Response::Upload { at, len: u32::try_from(len).unwrap_or(u32::MAX) }
-            }
-            Err(code) => self.refuse(at, code),
-        }
+        self.sdo.octets = kept;
+        outcome
     }
 
     fn upload_segment(&mut self, toggle: bool, app: &dyn Application) -> Response {
@@ -183,6 +231,28 @@ impl Node {
             self.sdo.end();
             return self.refuse(at, Abort::TOGGLE);
         }
+        let (octets, count) = match self.segment(at, sent, len, app) {
+            Ok(segment) => segment,
+            Err(code) => {
+                self.sdo.end();
+                return self.refuse(at, code);
+            }
+        };
+        let sent = sent + usize::from(count);
+        let last = sent >= len;
+        self.sdo.transfer =
+            if last { Transfer::Idle } else { Transfer::Upload { at, len, sent, toggle: !toggle } };
+        Response::Segment { toggle, octets, len: count, last }
+    }
+
+    /// Up to seven octets of a value of `len`, and how many.
+    pub(super) fn segment(
+        &self,
+        at: Address,
+        sent: usize,
+        len: usize,
+        app: &dyn Application,
+    ) -> Result<([u8; 7], u8), Abort> {
         let mut octets = [0; 7];
         let mut count = 0;
         let mut take = |value: &[u8]| {
@@ -194,20 +264,12 @@ impl Node {
         if len <= MAX_VALUE_LEN {
             take(&self.sdo.octets);
         } else {
-            let read = self.read_with(at, app, |value| {
+            self.read_with(at, app, |value| {
                 take(value);
                 if value.len() == len { Ok(()) } else { Err(Abort::TRANSFER) }
-            });
-            if let Err(code) = read {
-                self.sdo.end();
-                return self.refuse(at, code);
-            }
+            })?;
         }
-        let sent = sent + usize::from(count);
-        let last = sent >= len;
-        self.sdo.transfer =
-            if last { Transfer::Idle } else { Transfer::Upload { at, len, sent, toggle: !toggle } };
-        Response::Segment { toggle, octets, len: count, last }
+        Ok((octets, count))
     }
 
     fn download(&mut self, at: Address, announced: Option<u32>) -> Response {
@@ -233,7 +295,7 @@ impl Node {
     }
 
     /// What can be judged before the value is there. Says how long it may be.
-    fn may_download(&self, at: Address, announced: Option<usize>) -> Result<usize, Broken> {
+    pub(super) fn may_download(&self, at: Address, announced: Option<usize>) -> Result<usize, Broken> {
         let entry = self.entry(at)?;
         if !entry.is_writable() {
             return Err(Abort::READ_ONLY.into());
@@ -277,7 +339,7 @@ impl Node {
                 self.sdo.transfer = next;
                 return Some(Response::SegmentTaken { toggle });
             }
-            return self.answer(at, octets, Some(toggle), outcome, app);
+            return self.answer(at, octets, Answer::Segment(toggle), outcome, app);
         }
         let Some(room) = self.sdo.octets.get_mut(came..end) else {
             return Some(self.refuse(at, self.policy.too_long()));
@@ -289,20 +351,20 @@ impl Node {
         }
         let value = self.sdo.octets;
         let value = value.get(..end).unwrap_or_default();
-        self.written(now, at, value, Some(toggle), app)
+        self.written(now, at, value, Answer::Segment(toggle), app)
     }
 
     /// A segment of nothing. The frame has no address to repeat.
-    fn no_transfer(&mut self) -> Response {
+    pub(super) fn no_transfer(&mut self) -> Response {
         self.sdo.end();
         self.refuse(Address::new(0, 0), self.policy.unknown_command)
     }
 
-    fn refuse(&mut self, at: Address, code: Abort) -> Response {
+    pub(super) fn refuse(&mut self, at: Address, code: Abort) -> Response {
         self.tell_refusal(Refusal::new(at, code, self.entry(at).ok()))
     }
 
-    fn tell_refusal(&mut self, refusal: Refusal) -> Response {
+    pub(super) fn tell_refusal(&mut self, refusal: Refusal) -> Response {
         self.tell(Event::SdoRefused(refusal));
         Response::Abort { at: refusal.at, code: refusal.code }
     }
@@ -310,14 +372,17 @@ impl Node {
     fn sdo_aborted_by_client(&mut self, code: Abort) {
         match self.sdo.transfer {
             Transfer::Idle => {}
-            Transfer::Upload { at, .. } | Transfer::Download { at, .. } | Transfer::Held { at, .. } => {
+            Transfer::Upload { at, .. }
+            | Transfer::Download { at, .. }
+            | Transfer::Block { at, .. }
+            | Transfer::Held { at, .. } => {
                 self.sdo.end();
                 self.tell(Event::SdoAbortedByClient { at, code });
             }
         }
     }
 
-    fn respond(&mut self, response: Response) {
+    pub(super) fn respond(&mut self, response: Response) {
         let mut octets = response.encode();
         if let (Response::Expedited { len: 4, .. }, false, [command, ..]) =
             (response, self.policy.four_octets_say_size, &mut octets)
@@ -328,9 +393,11 @@ impl Node {
     }
 }
 
-const fn done(at: Address, segment: Option<bool>) -> Response {
-    match segment {
-        None => Response::Downloaded { at },
-        Some(toggle) => Response::SegmentTaken { toggle },
+/// `None`: the end of a block transfer.
+const fn done(at: Address, answer: Answer) -> Option<Response> {
+    match answer {
+        Answer::Expedited => Some(Response::Downloaded { at }),
+        Answer::Segment(toggle) => Some(Response::SegmentTaken { toggle }),
+        Answer::Block => None,
     }
 }

@@ -17,8 +17,10 @@
 //!
 //! | file | holds |
 //! | --- | --- |
+//! | `block` | requests of block transfers, and their checksum |
 //! | [`client`] | the other end, for those who write masters |
 
+pub(super) mod block;
 pub mod client;
 
 use super::abort::Abort;
@@ -206,7 +208,7 @@ const fn toggled(toggle: bool) -> u8 {
     (toggle as u8) << 4
 }
 
-const fn addressed(command: u8, at: Address, [d, e, f, g]: [u8; 4]) -> [u8; FRAME_LEN] {
+pub(super) const fn addressed(command: u8, at: Address, [d, e, f, g]: [u8; 4]) -> [u8; FRAME_LEN] {
     let [a, b] = at.index.0.to_le_bytes();
     [command, a, b, at.sub.0, d, e, f, g]
 }
