@@ -333,8 +333,52 @@ fn words(criterion: &mut Criterion) {
     criterion.bench_function("frame_in_words", |bencher| bencher.iter(|| network.frame(black_box(&frame))));
 }
 
+/// 127 nodes from a file of 1000 entries: their start, an SDO answer, a SYNC, and a millisecond of all of them.
+#[cfg(feature = "std")]
+fn from_files(criterion: &mut Criterion) {
+    use profidrive::can_bus::canopen::node::storage::Eeprom;
+    use profidrive::devices::from_eds::{Dictionary, FromEds};
+    use profidrive::eds::Eds;
+
+    const FILE: &[u8] = include_bytes!("../tests/eds/asda-a2.eds");
+    let dictionary = Dictionary::hold(Eds::read(FILE).unwrap());
+    let now = Instant::from_millis(1);
+    let start = || {
+        let node = |number| {
+            let device = FromEds::on_node(dictionary, NodeId::new(number).unwrap(), Eeprom::Internal);
+            let mut this = Listed { now, device: Box::new(device) };
+            this.device.power_on(now);
+            assert_eq!(this.drain(), 1, "its boot-up");
+            this
+        };
+        (1..=127).map(node).collect::<Vec<_>>()
+    };
+    criterion.bench_function("eds_file", |bencher| bencher.iter(|| Eds::read(black_box(FILE)).unwrap()));
+    criterion.bench_function("127_eds_nodes_start", |bencher| bencher.iter(start));
+    let mut all = start();
+    for (number, one) in (1..).zip(&mut all) {
+        for (id, octets) in commands("asda-a2", number, if number == 5 { 1 } else { 20 }) {
+            one.data(id, &octets);
+        }
+    }
+    let one = all.get_mut(4).unwrap();
+    criterion.bench_function("eds_node_sdo_answer", |bencher| {
+        bencher.iter(|| one.data(0x605, black_box(&[0x40, 0x18, 0x10, 1, 0, 0, 0, 0])));
+    });
+    assert_eq!(one.data(SYNC, &[]), 1);
+    criterion.bench_function("eds_node_sync_to_last_tpdo", |bencher| {
+        bencher.iter(|| one.data(SYNC, black_box(&[])));
+    });
+    criterion.bench_function("127_eds_nodes_millisecond", |bencher| {
+        bencher.iter(|| all.iter_mut().map(Listed::millisecond).sum::<usize>());
+    });
+}
+
+#[cfg(not(feature = "std"))]
+fn from_files(_: &mut Criterion) {}
+
 #[cfg(not(feature = "std"))]
 fn words(_: &mut Criterion) {}
 
-criterion_group!(benches, frames, nodes, listed, words);
+criterion_group!(benches, frames, nodes, listed, from_files, words);
 criterion_main!(benches);

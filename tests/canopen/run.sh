@@ -38,6 +38,9 @@ for device in ag03-1 ap10 asda-a2; do
     "$venv/bin/python" "$here/nodes.py" "$profidrive" "$device"
     "$venv/bin/python" "$here/sheets.py" "$profidrive" "$device"
 done
+for file in pump.eds servo.dcf; do
+    "$venv/bin/python" "$here/nodes.py" "$profidrive" "$root/tests/eds/$file"
+done
 
 "$profidrive" eds asda-a2 >"$work/asda-a2.eds"
 "$profidrive" eds ag03-1 >"$work/ag03-1.eds"
