@@ -11,6 +11,7 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
+use crate::process::end_of;
 use profidrive::devices::ag03::param::{Model, parameters};
 use profidrive::host::capture::{self, Packet};
 use profidrive::host::link::tap::Direction;
@@ -65,7 +66,7 @@ impl Emulator {
         let command = format!("kill -TERM {}", self.0.id());
         assert!(Command::new("sh").args(["-c", &command]).status().unwrap().success());
         let said = self.complaint();
-        (self.0.wait().unwrap().code(), said)
+        (end_of(&mut self.0).code(), said)
     }
 }
 
@@ -230,7 +231,7 @@ fn what_cannot_be_captured_to_is_said_in_one_line() {
     ] {
         let mut emulator = Emulator::start(file, &["-q"]);
         let said = emulator.complaint();
-        assert_eq!(emulator.0.wait().unwrap().code(), Some(1), "{said}");
+        assert_eq!(end_of(&mut emulator.0).code(), Some(1), "{said}");
         assert!(said.starts_with("profidrive: cannot capture to ") && said.contains(expected), "{said}");
         assert_eq!(said.lines().count(), 1, "{said}");
     }

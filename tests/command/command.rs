@@ -12,6 +12,7 @@ use profidrive::host::Link;
 use profidrive::host::link::pty::Pty;
 
 use crate::emulator::{Emulator, output, profidrive};
+use crate::process::end_of;
 
 fn open(terminal: &str) -> File {
     OpenOptions::new().read(true).write(true).open(terminal).unwrap()
@@ -286,7 +287,7 @@ fn n_04_on_a_serial_line_a_drive_listens_first_and_stays_silent_if_its_address_i
     let mut emulator = OnSerial::start(&arguments, "listening whether");
     emulator.line.send(&[answer(6), answer(5)].concat()).unwrap();
     emulator.logs("profidrive: every address is taken by another station; choose others, or --force-address");
-    assert_eq!(emulator.process.wait().unwrap().code(), Some(1));
+    assert_eq!(end_of(&mut emulator.process).code(), Some(1));
 
     let forced = [&arguments[..], &["--force-address"]].concat();
     let mut emulator = OnSerial::start(&forced, "at address 6");
@@ -324,7 +325,7 @@ fn a_closed_stdout_is_no_reason_to_end() {
     assert!(path.exists());
     let kill = format!("kill -TERM {}", process.id());
     assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
-    assert_eq!(process.wait().unwrap().code(), Some(0));
+    assert_eq!(end_of(&mut process).code(), Some(0));
     assert!(!path.is_symlink());
 }
 

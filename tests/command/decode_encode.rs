@@ -12,6 +12,7 @@ use profidrive::profibus::fdl::{FrameCount, FunctionCode, Service};
 use serde_json::Value;
 
 use crate::emulator::{output as run, profidrive};
+use crate::process::end_of;
 use crate::telegrams::telegram;
 
 fn run_with(arguments: &[&str], input: &[u8]) -> Output {
@@ -473,7 +474,7 @@ fn each_telegram_of_a_live_stream_is_told_before_the_next_comes() {
         assert_eq!(told.next().unwrap().unwrap(), expected);
     }
     drop(stdin);
-    assert!(process.wait().unwrap().success());
+    assert!(end_of(&mut process).success());
 }
 
 #[test]

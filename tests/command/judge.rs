@@ -11,6 +11,8 @@ use rustix::fs::OFlags;
 use serde_json::Value;
 use std::os::unix::fs::OpenOptionsExt;
 
+use crate::process::end_of;
+
 mod action;
 mod compared;
 mod configured;
@@ -96,7 +98,7 @@ fn a_master_that_never_comes_ends_it_with_3_after_ten_seconds() {
     assert_eq!(ready, format!("ready link={} stations=5,7\n", link.display()));
     let mut stderr = String::new();
     child.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
-    let status: ExitStatus = child.wait().unwrap();
+    let status: ExitStatus = end_of(&mut child);
     assert_eq!(status.code(), Some(3), "{stderr}");
     assert!(stderr.contains("no master was heard within 10 s"), "{stderr}");
     assert!((9..20).contains(&begin.elapsed().as_secs()));
@@ -128,7 +130,7 @@ fn a_failure_is_in_every_report_and_again_in_the_capture() {
     ask(Path::new(&link), 0x01);
     let mut table = String::new();
     stdout.read_to_string(&mut table).unwrap();
-    assert_eq!(child.wait().unwrap().code(), Some(1), "{table}");
+    assert_eq!(end_of(&mut child).code(), Some(1), "{table}");
     assert!(table.starts_with("FAIL M-F02"), "{table}");
     check_json(&fs::read_to_string(&json).unwrap());
     let junit = fs::read_to_string(&junit).unwrap();
@@ -249,7 +251,7 @@ fn no_data_exchange_ends_it_with_3_and_the_reason() {
     stdout.read_to_string(&mut table).unwrap();
     let mut stderr = String::new();
     child.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
-    assert_eq!(child.wait().unwrap().code(), Some(3), "{table}{stderr}");
+    assert_eq!(end_of(&mut child).code(), Some(3), "{table}{stderr}");
     let why = "data exchange with station 5 was not reached: Set_Prm refused: ident 1234, configured 9999";
     assert!(stderr.contains(why) && table.contains(why), "{table}{stderr}");
     let report: Value = serde_json::from_str(&fs::read_to_string(&json).unwrap()).unwrap();
@@ -270,7 +272,7 @@ fn a_judgement_that_is_interrupted_ends_with_4() {
     rustix::process::kill_process(pid, rustix::process::Signal::INT).unwrap();
     let mut table = String::new();
     stdout.read_to_string(&mut table).unwrap();
-    assert_eq!(child.wait().unwrap().code(), Some(4), "{table}");
+    assert_eq!(end_of(&mut child).code(), Some(4), "{table}");
     assert!(table.ends_with("ended: the judgement was stopped\n"), "{table}");
 }
 
@@ -283,7 +285,7 @@ fn a_judgement_out_of_time_ends_with_4() {
     let _master = masters::Running::on_terminal_with(&link, &[5]);
     let mut table = String::new();
     stdout.read_to_string(&mut table).unwrap();
-    assert_eq!(child.wait().unwrap().code(), Some(4), "{table}");
+    assert_eq!(end_of(&mut child).code(), Some(4), "{table}");
     assert!(table.ends_with("ended: the time for the judgement was over\n"), "{table}");
 }
 
@@ -310,7 +312,7 @@ fn what_must_be_judged_and_is_not_ends_it_with_4() {
         let _master = masters::Running::on_terminal_with(&link, &[5]);
         let mut table = String::new();
         stdout.read_to_string(&mut table).unwrap();
-        assert_eq!(child.wait().unwrap().code(), Some(4), "{table}");
+        assert_eq!(end_of(&mut child).code(), Some(4), "{table}");
         assert!(table.contains(why), "{table}");
     }
 }

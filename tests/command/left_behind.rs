@@ -8,6 +8,8 @@ use std::process::{Child, Command, Output, Stdio};
 use rustix::fd::OwnedFd;
 use rustix::pty::OpenptFlags;
 
+use crate::process::{end_of, hangup_ends_programs};
+
 /// A running emulator with a link; dropped, it is killed.
 struct Emulator(Child);
 
@@ -30,7 +32,7 @@ impl Emulator {
     fn signal(mut self, signal: &str) -> Option<i32> {
         let command = format!("kill -{signal} {}", self.0.id());
         assert!(Command::new("sh").args(["-c", &command]).status().unwrap().success());
-        self.0.wait().unwrap().code()
+        end_of(&mut self.0).code()
     }
 }
 
@@ -70,6 +72,7 @@ fn master(link: &Path) -> (Option<i32>, String) {
 
 #[test]
 fn every_way_to_end_it_removes_the_link() {
+    hangup_ends_programs();
     let folder = tempfile::tempdir().unwrap();
     let link = folder.path().join("bus");
     for signal in ["INT", "TERM", "HUP"] {

@@ -5,6 +5,7 @@ use std::io::Write;
 use std::process::{Command, Stdio};
 
 use crate::emulator;
+use crate::process::end_of;
 
 /// Exit status, stdout, stderr.
 fn output(arguments: &[&str]) -> (Option<i32>, String, String) {
@@ -25,7 +26,7 @@ fn each_shell_gets_completions_of_every_command() {
     let (_, script, _) = output(&["completions", "bash"]);
     let mut bash = Command::new("bash").arg("-n").stdin(Stdio::piped()).spawn().unwrap();
     bash.stdin.take().unwrap().write_all(script.as_bytes()).unwrap();
-    assert!(bash.wait().unwrap().success(), "bash reads it");
+    assert!(end_of(&mut bash).success(), "bash reads it");
     let (status, _, line) = output(&["completions", "cmd"]);
     assert_eq!(status, Some(2));
     assert!(line.contains("'cmd'"), "{line}");

@@ -19,6 +19,8 @@ use profidrive::time::BaudRate;
 use rig::{Emulator, PATIENCE, Running, fails, profidrive};
 use serde_json::Value;
 
+use crate::process::hangup_ends_programs;
+
 /// Each part has an emulator of its own, and all of them run at the same time: most of it is waiting for the token.
 fn play_everything(link: &str) {
     let parts: [fn(&Emulator); 4] = [look, save_and_restore, travel, command_and_turn];
@@ -367,6 +369,7 @@ fn another_device_at_the_address_is_named_by_its_ident_number() {
 
 #[test]
 fn every_signal_that_ends_the_command_stops_the_drive_before() {
+    hangup_ends_programs();
     let cases = [
         ("INT", &["move", "900000", "--yes"][..], 1),
         ("TERM", &["move", "-900000", "--yes"], 1),
@@ -486,6 +489,7 @@ fn lost_line(arguments: &[&str], begun: &str, says: &str) {
 
 #[test]
 fn an_interrupted_restore_says_what_was_written_and_what_was_not() {
+    hangup_ends_programs();
     thread::scope(|scope| {
         for signal in ["INT", "HUP"] {
             scope.spawn(move || interrupted_restore(signal));

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use profidrive::host::list::Device;
 
 use crate::emulator::{Emulator, output};
+use crate::process::{end_of, hangup_ends_programs};
 
 /// How long anything may take.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -176,6 +177,7 @@ fn refused(arguments: &[&str], says: &str) {
 
 #[test]
 fn the_ready_line_names_the_link_and_the_nodes_and_each_signal_ends_with_0() {
+    hangup_ends_programs();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("can0");
     let link = format!("slcan-pty:{}", path.display());
@@ -219,7 +221,7 @@ fn a_signal_while_boot_ups_are_sent_ends_in_order() {
     assert!(std::process::Command::new("sh").args(["-c", &term]).status().unwrap().success());
     let rest: Vec<_> = log.map(Result::unwrap).collect();
     drop(ended);
-    assert_eq!(emulator.wait().unwrap().code(), Some(0), "{rest:#?}");
+    assert_eq!(end_of(&mut emulator).code(), Some(0), "{rest:#?}");
     assert!(rest.last().unwrap().contains("ended by a signal"), "{:?}", rest.last());
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "nothing is left behind");
 }

@@ -16,6 +16,8 @@ use profidrive::host::{Link, Stop};
 use profidrive::time::BaudRate;
 use tempfile::TempDir;
 
+use crate::process::end_of;
+
 use super::{run, start};
 use crate::test_master::{Settings, TestMaster, serve};
 
@@ -96,7 +98,7 @@ pub(super) fn passed(mut stdout: BufReader<ChildStdout>, mut child: Child, passe
     stdout.read_to_string(&mut table).unwrap();
     let mut log = String::new();
     child.stderr.take().unwrap().read_to_string(&mut log).unwrap();
-    assert_eq!(child.wait().unwrap().code(), Some(0), "{table}{log}");
+    assert_eq!(end_of(&mut child).code(), Some(0), "{table}{log}");
     for row in passes {
         assert!(table.contains(&format!("  pass       {row}")), "{row}: {table}{log}");
     }
@@ -184,7 +186,7 @@ fn a_master_that_cannot_be_operated_is_not_accused() {
     let _master = Running::on_terminal(&bus, None);
     let mut table = String::new();
     stdout.read_to_string(&mut table).unwrap();
-    assert_eq!(child.wait().unwrap().code(), Some(4), "{table}");
+    assert_eq!(end_of(&mut child).code(), Some(4), "{table}");
     assert!(table.contains("no row was judged"), "{table}");
     assert!(table.contains("the command of --ask failed: clear"), "{table}");
     assert!(table.contains("the command of --ask failed: stop"), "{table}");
@@ -299,7 +301,7 @@ fn noise_ends_the_judgement_with_3_and_a_clear_word() {
     stdout.read_to_string(&mut table).unwrap();
     let mut stderr = String::new();
     child.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
-    assert_eq!(child.wait().unwrap().code(), Some(3), "{table}{stderr}");
+    assert_eq!(end_of(&mut child).code(), Some(3), "{table}{stderr}");
     assert!(stderr.contains("only octets that are no telegrams were heard"), "{stderr}");
     assert!(table.contains("0 passed, 0 failed, 0 warnings"), "{table}");
 }
