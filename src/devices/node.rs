@@ -11,6 +11,7 @@ use crate::can_bus::canopen::node::storage::{Generation, NotStored, StoreRequest
 use crate::can_bus::canopen::{Address, Application, Node, NodeId, Refusal};
 use crate::devices::ag03;
 use crate::devices::ag03::unit;
+use crate::face::description::Supply;
 use crate::face::{Again, Description, EventKind};
 use crate::time::Instant;
 
@@ -127,6 +128,16 @@ pub trait CanopenDevice: Send {
     /// Whether it is supplied.
     fn is_on(&self) -> bool {
         self.node().state().is_some()
+    }
+
+    /// Its supply, and whether it does nothing but a factory reset.
+    fn supply(&self) -> Supply {
+        if self.is_on() { Supply::On } else { Supply::Off }
+    }
+
+    /// The node number that it will have when it is switched on, if it has switches for that; else that in force.
+    fn number_at_start(&self) -> NodeId {
+        self.node_id()
     }
 
     /// The bit rates that it can have, in bit/s; none: those of its data sheet.

@@ -188,7 +188,7 @@ impl Capture {
     /// The file cannot be written, for example because the disk is full. What it holds then ends before this batch.
     pub fn write(&mut self, batch: &Batch) -> io::Result<()> {
         for seen in batch.iter() {
-            let remarks = self.remarks.drain(..);
+            let remarks = invalid(&seen).into_iter().chain(self.remarks.drain(..));
             self.blocks.write_pcapng_block(packet(&seen, self.epoch, remarks)).map_err(io_error)?;
         }
         self.append()
@@ -201,6 +201,15 @@ impl Capture {
     }
 }
 
+/// Of which bus a capture in memory is, and its rate.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Wire {
+    /// PROFIBUS.
+    Profibus(BaudRate),
+    /// CAN, with [octets](can::octets) as packets, in bit/s.
+    Can(u32),
+}
+
 /// A whole capture in memory: what a batch holds, with what `happened`, in the order of time. A happening is a comment of
 /// the packet after it, or of the last one; of many at one packet the newest 32 are kept. `epoch` is the time since 1970 at
 /// [`Instant::ZERO`].
@@ -208,13 +217,17 @@ impl Capture {
 /// # Errors
 /// Never for a reason of the operating system's.
 pub(crate) fn to_octets(
-    line: &Interface<'_>,
+    wire: Wire,
+    (name, description): (&str, &str),
     epoch: Duration,
     batch: &Batch,
     happened: impl IntoIterator<Item = (Instant, String)>,
 ) -> io::Result<Vec<u8>> {
-    let speed = line.baud.map(BaudRate::bits_per_second);
-    let mut blocks = begun(DataLink::PROFIBUS_DL, line.name, line.description, speed).map_err(io_error)?;
+    let (kind, speed) = match wire {
+        Wire::Profibus(baud) => (DataLink::PROFIBUS_DL, baud.bits_per_second()),
+        Wire::Can(bits) => (DataLink::CAN_SOCKETCAN, bits),
+    };
+    let mut blocks = begun(kind, name, description, Some(speed)).map_err(io_error)?;
     let mut happened = happened.into_iter().peekable();
     let mut packets = batch.iter().peekable();
     while let Some(seen) = packets.next() {
@@ -224,9 +237,12 @@ pub(crate) fn to_octets(
             remarks.push(short(&text));
         }
         let newest = remarks.len().saturating_sub(MOST_REMARKS);
-        blocks
-            .write_pcapng_block(packet(&seen, epoch, remarks.into_iter().skip(newest)))
-            .map_err(io_error)?;
+        let invalid = match wire {
+            Wire::Profibus(_) => invalid(&seen),
+            Wire::Can(_) => None,
+        };
+        let remarks = invalid.into_iter().chain(remarks.into_iter().skip(newest));
+        blocks.write_pcapng_block(packet(&seen, epoch, remarks)).map_err(io_error)?;
     }
     Ok(blocks.into_inner())
 }
@@ -273,15 +289,17 @@ const fn flags(direction: Direction) -> u32 {
     }
 }
 
+/// What is wrong with a telegram.
+fn invalid(seen: &Seen<'_>) -> Option<String> {
+    seen.telegram.as_ref().err().map(|reason| format!("invalid: {reason}"))
+}
+
 fn packet<'a>(
     seen: &Seen<'a>,
     epoch: Duration,
     remarks: impl Iterator<Item = String>,
 ) -> EnhancedPacketBlock<'a> {
     let mut options = vec![EnhancedPacketOption::Flags(flags(seen.direction))];
-    if let Err(reason) = seen.telegram {
-        options.push(EnhancedPacketOption::Comment(Cow::Owned(format!("invalid: {reason}"))));
-    }
     options.extend(remarks.map(|text| EnhancedPacketOption::Comment(Cow::Owned(text))));
     EnhancedPacketBlock {
         interface_id: 0,

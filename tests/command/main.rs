@@ -54,6 +54,8 @@ mod metrics;
 #[cfg(target_os = "linux")]
 mod node_panel;
 #[cfg(target_os = "linux")]
+mod node_switches;
+#[cfg(target_os = "linux")]
 mod nodes;
 #[cfg(target_os = "linux")]
 mod panel_api;

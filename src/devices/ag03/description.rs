@@ -4,7 +4,7 @@ use core::fmt;
 
 use super::drive::{Drive, Fault, INCREMENTS_PER_REVOLUTION, Motor, State, Status};
 use super::param::{Lengths, Model};
-use super::unit::dip::Terminator;
+use super::unit::dip::{ResetPatterns, Terminator};
 use super::unit::{DipSwitches, EepromState};
 use crate::face::description::{Amount, Curve, Group, Past, Switches, Value};
 
@@ -151,22 +151,32 @@ const SWITCHES: &[&str] = &[
     "SW10, bus terminator",
 ];
 
-/// Tells the switches; `meaning` is what SW1 to SW8 say.
+/// Tells the switches. `number` is what the bus calls SW1 to SW7 without a factory reset, what they say and what is in
+/// force.
 pub(super) fn tell_switches(
     switches: DipSwitches,
-    meaning: &dyn fmt::Display,
+    patterns: ResetPatterns,
+    number: (&str, u8, u8),
     tell: &mut dyn FnMut(Switches<'_>),
 ) {
+    let (reset, (name, wanted, in_force)) = (patterns.requested(switches), number);
+    let waits = if reset.is_some() || wanted != in_force { " from the next power-on" } else { "" };
     let terminator = match switches.terminator() {
         Terminator::Inactive => "off",
         Terminator::Active => "on",
         Terminator::Half => "half on: set SW9 and SW10 alike",
     };
-    tell(Switches {
-        positions: switches.bits(),
-        names: SWITCHES,
-        text: &format_args!("{switches}: {meaning}, terminator {terminator}"),
-    });
+    let mut tell_with = |meaning: &dyn fmt::Display| {
+        tell(Switches {
+            positions: switches.bits(),
+            names: SWITCHES,
+            text: &format_args!("{switches}: {meaning}{waits}, terminator {terminator}"),
+        });
+    };
+    match reset {
+        Some(set) => tell_with(&format_args!("factory reset of {} parameters", set.name())),
+        None => tell_with(&format_args!("{name} {wanted}")),
+    }
 }
 
 /// How safe what the EEPROM holds is.

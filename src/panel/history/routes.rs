@@ -19,7 +19,7 @@ use super::super::routes::{OfLineName, Place};
 use super::super::station::{AmountState, seconds};
 use super::super::stream::NewsEvent;
 use super::samples::{Curves, EVERY, of_station};
-use crate::host::capture::{self, Interface};
+use crate::host::capture::{self, Wire};
 use crate::time::Instant;
 
 /// The newest events.
@@ -133,7 +133,7 @@ pub(in crate::panel) async fn samples_csv(place: Place) -> Result<Response, Prob
     Ok(saved_as(&name, "text/csv; charset=utf-8", table.into_bytes()))
 }
 
-/// The telegrams of a line of PROFIBUS that were watched, with the events as comments
+/// The telegrams or frames of a line that were watched, with the events as comments
 ///
 /// A capture for Wireshark. Telegrams are kept while a reader of the stream watches them, the newest 4 MiB. An event is a
 /// comment of the telegram after it, or of the last one.
@@ -142,18 +142,16 @@ pub(in crate::panel) async fn capture(
     State(lines): State<Lines>,
     OfLineName(line): OfLineName,
 ) -> Result<Response, Problem> {
-    let (now, baud) = line.asking.ask(|lent| (lent.now(), lent.baud())).await?;
-    let Some(baud) = baud else {
-        return Err(Problem::conflict("frames of a CAN bus are not kept here; use emulate --capture"));
-    };
+    let (now, baud, rate) =
+        line.asking.ask(|lent| (lent.now(), lent.baud(), lent.state().rate_bits_per_second)).await?;
+    let wire = baud.map_or(Wire::Can(rate), Wire::Profibus);
     let epoch = since_1970(SystemTime::now()).saturating_sub(now.saturating_since(Instant::ZERO));
     let batch = line.hub.history(|history| history.recording.batch());
     let happened: Vec<_> = lines.readers().events(|events| {
         let own = events.iter().filter(|(_, news)| news.concerns(Some(&line.name), None));
         own.map(|(at, news)| (*at, news.text().to_string())).collect()
     });
-    let interface = Interface { name: "panel", description: "recorded in the panel", baud: Some(baud) };
-    let octets = capture::to_octets(&interface, epoch, &batch, happened);
+    let octets = capture::to_octets(wire, ("panel", "recorded in the panel"), epoch, &batch, happened);
     let octets = octets.map_err(|error| Problem::new(StatusCode::INTERNAL_SERVER_ERROR, error))?;
     Ok(saved_as("profidrive.pcapng", "application/octet-stream", octets))
 }

@@ -80,11 +80,6 @@ impl NodeAccess<'_> {
     }
 }
 
-/// Whether a node is supplied.
-fn power(device: &dyn CanopenDevice) -> PowerName {
-    if device.is_on() { PowerName::On } else { PowerName::Off }
-}
-
 impl OnLine for NodeAccess<'_> {
     fn now(&self) -> Instant {
         self.now
@@ -105,7 +100,7 @@ impl OnLine for NodeAccess<'_> {
             description: device.description(),
             device: product.name,
             product: product.sheet.product_name.into(),
-            power: Some(power(device)),
+            power: Some(device.supply().into()),
             presence: None,
             exchanging: state == Some(NmtState::Operational),
             bus_state: state.map(|state| format!("{state}")),
@@ -148,13 +143,19 @@ impl OnLine for NodeAccess<'_> {
 
     fn switch(&mut self, address: u8, on: bool) -> Result<PowerName, Problem> {
         let there = self.addresses();
+        let wanted = self.device(address).map(|(_, device)| device.number_at_start().number());
+        if let Some(wanted) = wanted.filter(|wanted| on && *wanted != address && there.contains(wanted)) {
+            return Err(Problem::conflict(format!(
+                "the DIP switches say node number {wanted}, which another node has; set them to a free one"
+            )));
+        }
         let switched = self.with(address, |_, device, now| {
             match (on, device.is_on()) {
                 (true, false) => device.power_on(now),
                 (false, true) => device.power_off(now),
                 (true, true) | (false, false) => {}
             }
-            power(device)
+            PowerName::from(device.supply())
         });
         switched.ok_or_else(|| no_station(address, &there))
     }

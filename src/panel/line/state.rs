@@ -161,7 +161,7 @@ struct DeviceChoice {
 
 /// What a line counts.
 pub(in crate::panel) struct Counted {
-    pub(super) rate_bits_per_second: u32,
+    pub(in crate::panel) rate_bits_per_second: u32,
     pub(super) counters: Counters,
     pub(super) stations: Vec<LineStation>,
 }

@@ -17,6 +17,7 @@ use super::feed::{Entry, RING, Shared};
 use crate::can_bus::canopen::NodeId;
 use crate::explain;
 use crate::explain::canopen::Network;
+use crate::host::capture;
 use crate::host::link::tap::Watch;
 use crate::profibus::fdl::Address;
 use crate::time::Instant;
@@ -208,6 +209,7 @@ impl Ring {
                 let _ = readers.telegrams.send(TelegramEvent::of_profibus(item));
             }
             Entry::Frame { at, direction, frame } => {
+                self.history.recording.keep(at, direction, &capture::can::octets(&frame));
                 let explanation = self.network.frame(&frame);
                 let item = TelegramEvent::item(line.clone(), (at, direction), frame.octets(), &explanation);
                 let _ = readers.telegrams.send(item);

@@ -40,8 +40,9 @@ impl Description for Ag03Node {
     }
 
     fn tell_switches(&self, tell: &mut dyn FnMut(Switches<'_>)) {
-        let switches = self.unit().switches();
-        tell_switches(switches, &format_args!("node number {}", switches.number()), tell);
+        let (switches, in_force) = (self.unit().switches(), self.part.node_id.number());
+        let number = ("node number", switches.node_id().number(), in_force);
+        tell_switches(switches, self.config().reset_patterns, number, tell);
     }
 
     fn set_switches(&mut self, positions: u16) {

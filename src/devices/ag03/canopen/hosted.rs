@@ -9,6 +9,7 @@ use crate::devices::ag03::unit;
 use crate::devices::ag03::unit::{Outcome, Power, Unit};
 use crate::devices::{CanopenDevice, CanopenEvent, RecallError};
 use crate::face::Description;
+use crate::face::description::Supply;
 use crate::time::Instant;
 
 impl Ag03Node {
@@ -52,6 +53,20 @@ impl CanopenDevice for Ag03Node {
 
     fn node_id(&self) -> NodeId {
         self.part.node_id
+    }
+
+    fn supply(&self) -> Supply {
+        match self.power() {
+            Power::Off => Supply::Off,
+            Power::On => Supply::On,
+            Power::FactoryReset(_) => Supply::FactoryReset,
+        }
+    }
+
+    fn number_at_start(&self) -> NodeId {
+        let switches = self.part.unit.switches();
+        let resets = self.config().reset_patterns.requested(switches).is_some();
+        if resets { self.part.node_id } else { switches.node_id() }
     }
 
     fn rates(&self) -> &'static [u32] {

@@ -258,17 +258,8 @@ impl Description for Device {
 
     fn tell_switches(&self, tell: &mut dyn FnMut(Switches<'_>)) {
         let config = self.config();
-        let (switches, reset) = (config.switches, config.reset_patterns.requested(config.switches));
-        let address = switches.address();
-        let waits = if reset.is_some() || address != self.address() { " from the next power-on" } else { "" };
-        match reset {
-            Some(set) => tell_switches(
-                switches,
-                &format_args!("factory reset of {} parameters{waits}", set.name()),
-                tell,
-            ),
-            None => tell_switches(switches, &format_args!("address {address}{waits}"), tell),
-        }
+        let (wanted, in_force) = (config.switches.address().number(), self.address().number());
+        tell_switches(config.switches, config.reset_patterns, ("address", wanted, in_force), tell);
     }
 
     fn set_switches(&mut self, positions: u16) {
