@@ -369,6 +369,9 @@ fn start_panel(args: &Emulate, bus: BusKind, wake: &Stop, start: &Start) -> Resu
         )),
         PanelError::Listen { .. } | PanelError::Thread { .. } => Failure::from_error(&error),
     })?;
+    if let Some(folder) = &args.panel_files {
+        panel.set_files(folder);
+    }
     let address = panel.address();
     info!("the panel is at http://{address}");
     if !address.ip().is_loopback() {

@@ -16,6 +16,7 @@ use core::any::Any;
 use core::error::Error;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::path::{Component, Path};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use tokio::time::Instant as Moment;
@@ -231,12 +232,32 @@ pub(super) struct Line {
     pub(super) kind: BusKind,
     /// What a master opens.
     pub(super) link: Arc<str>,
+    /// The folder of the files that may be named over HTTP.
+    files: Option<Arc<Path>>,
     pub(super) asking: Asking,
     pub(super) hub: Hub,
     leases: Arc<Mutex<BTreeMap<(u8, String), Moment>>>,
 }
 
 impl Line {
+    /// The folder in which a file that is named over HTTP lies.
+    ///
+    /// # Errors
+    /// 422 if there is none, or if the name leads out of it.
+    pub(super) fn folder(&self, key: &str, name: &str) -> Result<Arc<Path>, Problem> {
+        let inside = Path::new(name).components().all(|part| matches!(part, Component::Normal(_)));
+        match &self.files {
+            Some(folder) if inside && !name.is_empty() => Ok(Arc::clone(folder)),
+            Some(_) => {
+                Err(Problem::value(format!("{key}: '{name}' leads out of the folder of --panel-files")))
+            }
+            None => Err(Problem::value(format!(
+                "{key}: no file is read for who comes by HTTP; use a line file, or name the folder of such files with \
+                 --panel-files"
+            ))),
+        }
+    }
+
     /// Until when keys are held that nobody renews, by station and key.
     pub(super) fn leases(&self) -> MutexGuard<'_, BTreeMap<(u8, String), Moment>> {
         self.leases.lock().unwrap_or_else(PoisonError::into_inner)
@@ -271,12 +292,21 @@ impl Lines {
     pub(super) fn add(&self, (name, kind): (Arc<str>, BusKind), asking: Asking, hub: Hub) {
         let mut lines = self.locked();
         let place = lines.partition_point(|line| (line.name.len(), &line.name) < (name.len(), &name));
-        lines.insert(place, Line { name, kind, link: "".into(), asking, hub, leases: Arc::default() });
+        lines.insert(
+            place,
+            Line { name, kind, link: "".into(), files: None, asking, hub, leases: Arc::default() },
+        );
     }
 
     pub(super) fn set_link(&self, name: &str, link: &str) {
         if let Some(line) = self.locked().iter_mut().find(|line| &*line.name == name) {
             line.link = link.into();
+        }
+    }
+
+    pub(super) fn set_files(&self, name: &str, folder: &Path) {
+        if let Some(line) = self.locked().iter_mut().find(|line| &*line.name == name) {
+            line.files = Some(folder.into());
         }
     }
 

@@ -79,6 +79,7 @@ mod switches;
 
 use core::net::SocketAddr;
 use std::io;
+use std::path::Path;
 use std::sync::Arc;
 
 use thiserror::Error;
@@ -186,6 +187,11 @@ impl Panel {
     /// What a master opens.
     pub fn set_link(&self, link: &str) {
         self.lines.set_link(&self.name, link);
+    }
+
+    /// The folder of device files and tables that may be named over HTTP.
+    pub fn set_files(&self, folder: &Path) {
+        self.lines.set_files(&self.name, folder);
     }
 
     /// Where browsers and programs connect.

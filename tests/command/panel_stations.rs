@@ -96,6 +96,65 @@ fn signals_are_given_on_the_command_line_and_over_http_and_read_inputs_and_value
 }
 
 #[test]
+fn stations_of_every_kind_are_added_and_removed_at_run_time() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests");
+    let emulator = Emulator::with(&["--drive", "5", "--panel-files", folder]);
+    let json = "content-type: application/json\r\n";
+    let add = |body: &Value| emulator.request("POST", "/api/v1/stations", json, &body.to_string());
+    let input = json!([{ "slot": 1, "type": "bit0", "value": 1 }]);
+    for (body, device) in [
+        (json!({ "drive": { "address": 8, "model": "ag03" } }), "ag03"),
+        (json!({ "ppo-drive": { "address": 8, "gsd": "gsd/compact.gsd" } }), "ppo-drive"),
+        (json!({ "ppo-drive": { "address": 8, "ppo": 3 } }), "ppo-drive"),
+        (json!({ "station": { "address": 8, "gsd": "gsd/remote_io.gsd", "input": input } }), "gsd-station"),
+        (json!({ "address": 8, "device": "gsd-station", "gsd": "gsd/modular.gsd" }), "gsd-station"),
+    ] {
+        let added = add(&body);
+        assert_eq!(added.status, 201, "{body}: {added:?}");
+        let list = emulator.get("/api/v1/stations");
+        assert_eq!(list["stations"][1]["address"], 8, "{list}");
+        let devices = emulator.get("/api/v1/lines/line")["stations"].clone();
+        assert_eq!(devices[1]["device"], device, "{body}: {devices}");
+        assert_eq!(emulator.request("DELETE", "/api/v1/stations/8", "", "").status, 204);
+    }
+    for (gsd, words) in [
+        ("../Cargo.toml", "'../Cargo.toml' leads out of the folder"),
+        ("/etc/passwd", "leads out of the folder"),
+        ("", "leads out of the folder"),
+        ("no.gsd", "cannot read"),
+    ] {
+        let refused = add(&json!({ "station": { "address": 8, "gsd": gsd } }));
+        assert!(refused.status == 422 && refused.body.contains(words), "{gsd}: {refused:?}");
+    }
+    let table = json!([{ "slot": 1, "type": "bit0", "behaviour": "table", "file": "../x.csv" }]);
+    let refused = add(&json!({ "station": { "address": 8, "gsd": "gsd/remote_io.gsd", "input": table } }));
+    assert!(refused.status == 422 && refused.body.contains("'../x.csv' leads out"), "{refused:?}");
+    let closed = self::emulator();
+    let body = json!({ "station": { "address": 8, "gsd": "gsd/remote_io.gsd" } }).to_string();
+    let refused = closed.request("POST", "/api/v1/stations", json, &body);
+    assert!(refused.status == 422 && refused.body.contains("gsd: no file is read"), "{refused:?}");
+}
+
+#[test]
+fn nodes_of_every_kind_are_added_and_removed_at_run_time() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/eds");
+    let link = tempfile::tempdir().unwrap();
+    let link = format!("slcan-pty:{}", link.path().join("can").display());
+    let emulator = Emulator::with(&["--link", &link, "--node", "5", "--panel-files", folder]);
+    let json = "content-type: application/json\r\n";
+    for body in [
+        json!({ "node": { "id": 8, "device": "ap10" } }),
+        json!({ "node": { "id": 8, "device": "asda-a2" } }),
+        json!({ "node": { "id": 8, "eds": "pump.eds" } }),
+    ] {
+        let added = emulator.request("POST", "/api/v1/stations", json, &body.to_string());
+        assert_eq!(added.status, 201, "{body}: {added:?}");
+        assert_eq!(emulator.get("/api/v1/stations")["stations"][1]["address"], 8);
+        assert_eq!(emulator.request("DELETE", "/api/v1/stations/8", "", "").status, 204);
+    }
+}
+
+#[test]
 fn modules_are_pulled_and_plugged_as_faults_and_a_diagnosis_may_be_octets() {
     let emulator = emulator();
     let faults = &emulator.get("/api/v1/stations/7")["faults"];

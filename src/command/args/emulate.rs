@@ -46,6 +46,7 @@ pub(crate) struct Emulate {
         conflicts_with_all = [
             "single", "ranges", "nodes", "stations", "ppo_drives", "force_address", "link", "baud", "slot_time", "allow_remote",
             "faults", "panel", "panel_allow_remote", "metrics", "metrics_allow_remote", "state_dir", "capture", "quirks",
+            "panel_files",
         ]
     )]
     pub(crate) line: Option<PathBuf>,
@@ -157,6 +158,11 @@ pub(crate) struct Emulate {
     #[arg(long, requires = "metrics")]
     pub(crate) metrics_allow_remote: bool,
 
+    /// The folder of device files and tables that may be named over HTTP, for stations that are added there; without it none is
+    /// read
+    #[arg(long, value_name = "DIR", requires = "panel")]
+    pub(crate) panel_files: Option<PathBuf>,
+
     /// Keeps the EEPROM of each drive or node in a file in DIR, which is created if it is missing. Without it the EEPROM is lost
     /// when the process ends
     #[arg(long, value_name = "DIR")]
@@ -222,6 +228,7 @@ impl Emulate {
             panel_allow_remote: false,
             metrics: None,
             metrics_allow_remote: false,
+            panel_files: None,
             state_dir: None,
             capture: None,
             quirks: Vec::new(),

@@ -60,6 +60,7 @@ pub(super) fn plan(number: usize, line: &At<LineTable>, folder: &Path) -> Result
     let path =
         |path: &Option<At<String>>| -> Option<PathBuf> { path.as_ref().map(|path| folder.join(path.get())) };
     (args.state_dir, args.capture) = (path(&table.state_dir), path(&table.capture));
+    args.panel_files = path(&table.panel_files);
     let is_can = matches!(args.link, LinkSpec::Can(_));
     args.quirks = table.quirks.iter().map(|(name, value)| format!("{name}={}", value.get())).collect();
     let slaves = device::slaves((number, folder), table, &args)?;

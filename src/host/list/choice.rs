@@ -52,7 +52,7 @@ impl Choice {
     }
 
     /// Whether it has this key.
-    pub(super) fn is(&self, key: &str) -> bool {
+    pub(crate) fn is(&self, key: &str) -> bool {
         self.key == key || self.also == Some(key)
     }
 
@@ -200,16 +200,6 @@ impl Choices {
     pub(super) fn names(&self, key: &str) -> Option<&[String]> {
         let Picked::Names(names) = self.picked(key)? else { return None };
         Some(names)
-    }
-
-    /// Whether one of its inputs has a file.
-    pub(crate) fn input_of_file(&self) -> bool {
-        let is_file = |given: &Given| match given {
-            Given::Table(keys) => keys.iter().any(|(key, _)| key == "file"),
-            Given::Text(text) => text.contains("file="),
-            Given::Flag(_) | Given::Number(_) | Given::List(_) => false,
-        };
-        self.inputs.0.iter().any(is_file)
     }
 
     /// Whether a flag was set.

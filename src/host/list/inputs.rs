@@ -100,6 +100,20 @@ pub(crate) fn signal(source: Source<Given>, to: Point, station: &Station) -> Res
     Ok(signal)
 }
 
+/// The file that an input names.
+pub(crate) fn file_of(given: &Given) -> Option<String> {
+    let of_text;
+    let table = match given {
+        Given::Table(table) => table,
+        Given::Text(text) => {
+            of_text = of_line(text).ok()?;
+            &of_text
+        }
+        Given::Flag(_) | Given::Number(_) | Given::List(_) => return None,
+    };
+    table.iter().find(|(key, _)| key == "file").map(|(_, name)| name.to_string())
+}
+
 /// The keys of an input in one line. A part without `=` belongs to the one before, as in `file=C:\a.csv`.
 fn of_line(text: &str) -> Result<Vec<(String, Given)>, Wrong> {
     let (place, rest) = text.split_once(':').unwrap_or((text, ""));

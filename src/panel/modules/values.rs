@@ -126,11 +126,10 @@ pub(in crate::panel) async fn follow(
     let Given::Table(given) = given else {
         return Err(Problem::value("the body must be a JSON object, {...}"));
     };
-    if given.iter().any(|(key, _)| key == "file") {
-        return Err(Problem::value("file: no file is read for who comes by HTTP; use a line file"));
-    }
     let wrong = |wrong: Wrong| Problem::value(wrong.words);
-    let source = signals::read(&given, &[], Path::new("")).map_err(wrong)?;
+    let file = given.iter().find(|(key, _)| key == "file");
+    let folder = file.map(|(key, name)| place.line.folder(key, &name.to_string())).transpose()?;
+    let source = signals::read(&given, &[], folder.as_deref().unwrap_or(Path::new(""))).map_err(wrong)?;
     let followed = place.ask(move |lent, address| {
         let to = of.find(lent, address)?;
         // The octets must be there.

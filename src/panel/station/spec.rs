@@ -10,6 +10,7 @@ use serde::Deserialize;
 
 use super::Summary;
 use crate::host::fault::BusKind;
+use crate::host::list::inputs::file_of;
 use crate::host::list::{DEVICES, Device, Given, Group, Spec, Takes};
 #[cfg(test)]
 use crate::panel::description::Problems;
@@ -39,8 +40,9 @@ impl NewStation {
         Ok(entries)
     }
 
-    /// The specification, for a line of this bus.
-    fn spec(&self, bus: BusKind) -> Result<Spec, Problem> {
+    /// The specification, for this line.
+    fn spec(&self, line: &Line) -> Result<Spec, Problem> {
+        let bus = line.kind;
         let entries: Vec<_> = self.entries()?.iter().filter(|(key, _)| key != "line").cloned().collect();
         let of_key = |key: &str| Group::ALL.into_iter().find(|group| group.name() == key.replace('_', "-"));
         let (group, given) = match &*entries {
@@ -49,19 +51,11 @@ impl NewStation {
             }
             _ => Self::named(bus, entries)?,
         };
-        let spec =
-            Spec::of_given(group, &given, Path::new("")).map_err(|wrong| Problem::value(wrong.words))?;
-        let names_file = |key: &str| spec.choices.file(key).is_some();
-        let files = spec.device.choices().iter().filter(|choice| matches!(choice.takes, Takes::File(_)));
-        match files.map(|choice| choice.key).find(|key| names_file(key)) {
-            None if spec.choices.input_of_file() => {
-                Err(Problem::value("input: no file is read for who comes by HTTP; use a line file"))
-            }
-            Some(key) => {
-                Err(Problem::value(format!("{key}: no file is read for who comes by HTTP; use a line file")))
-            }
-            None => Ok(spec),
-        }
+        // Before any is read.
+        let folders = files(group, &given).into_iter().map(|(key, name)| line.folder(&key, &name));
+        let folders: Vec<_> = folders.collect::<Result<_, _>>()?;
+        let folder = folders.first().map_or(Path::new(""), |folder| folder);
+        Spec::of_given(group, &given, folder).map_err(|wrong| Problem::value(wrong.words))
     }
 
     /// A device by its name, and its group.
@@ -82,6 +76,24 @@ impl NewStation {
     }
 }
 
+/// The files that a specification names, with their keys.
+fn files(group: Group, given: &Given) -> Vec<(String, String)> {
+    let Given::Table(table) = given else { return Vec::new() };
+    let choices = group.choices();
+    let takes = |key: &str| choices.iter().find(|choice| choice.is(key)).map(|choice| choice.takes);
+    let mut files = Vec::new();
+    for (key, value) in table {
+        match (takes(key), value) {
+            (Some(Takes::File(_)), name) => files.push((key.clone(), name.to_string())),
+            (Some(Takes::Inputs), Given::List(inputs)) => {
+                files.extend(inputs.iter().filter_map(file_of).map(|name| (key.clone(), name)));
+            }
+            (Some(_) | None, _) => {}
+        }
+    }
+    files
+}
+
 /// Adds a station
 ///
 /// A new one with factory settings, or, where memories are kept, the one of this device that had this address.
@@ -95,7 +107,7 @@ pub(in crate::panel) async fn add(
         Some(name) => lines.named(&name)?,
         None => only(&lines)?,
     };
-    let spec = new.spec(line.kind)?;
+    let spec = new.spec(&line)?;
     let name = line.name.clone();
     let summary = line.asking.ask(move |lent| {
         let address = lent.add(spec)?;
