@@ -10,6 +10,8 @@ pub(crate) mod canopen_node;
 pub(crate) mod decode_cli;
 #[cfg(feature = "std")]
 pub(crate) mod eds;
+#[cfg(feature = "std")]
+pub(crate) mod eds_node;
 pub(crate) mod eeprom_image;
 pub(crate) mod framer;
 #[cfg(feature = "std")]

@@ -38,6 +38,8 @@ pub struct DeviceInfo {
     pub kilobits: Vec<u16>,
     /// Granularity: the fewest bits that can be mapped; 0: mappings are fixed.
     pub granularity: Option<u8>,
+    /// NrOfRXPDO and NrOfTXPDO.
+    pub pdos: [Option<u32>; 2],
     /// CompactPDO: bit n is sub-index n+1 of the communication parameters of PDOs that have no section.
     pub compact_pdo: u8,
     /// LSS_Supported.

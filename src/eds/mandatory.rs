@@ -1,4 +1,4 @@
-//! What every node has, whatever its file forgets (`eds.md` 2 and 4).
+//! What every node has, whatever its file forgets, and PDOs that it names by their number only (`eds.md` 2 and 4).
 
 use std::collections::BTreeMap;
 
@@ -50,7 +50,62 @@ impl Eds {
         {
             name.content = Content::Octets(product);
         }
+        if self.device.compact_pdo != 0 {
+            self.add_pdos(&mut added);
+        }
         added
+    }
+
+    /// PDOs without a section have the communication parameters of CompactPDO, and an empty mapping.
+    fn add_pdos(&mut self, added: &mut Vec<String>) {
+        const PARAMETERS: [(&str, DataType); 6] = [
+            ("COB-ID", DataType::U32),
+            ("Transmission type", DataType::U8),
+            ("Inhibit time", DataType::U16),
+            ("Reserved", DataType::U8),
+            ("Event timer", DataType::U16),
+            ("SYNC start value", DataType::U8),
+        ];
+        let [receive, transmit] = self.device.pdos;
+        for (name, count, first, base) in
+            [("RPDO", receive, 0x1400_u16, 0x200_u32), ("TPDO", transmit, 0x1800, 0x180)]
+        {
+            let count = u16::try_from(count.unwrap_or_default()).unwrap_or(u16::MAX).min(MOST_PDOS);
+            for number in 0..count {
+                let (index, mapping) = (first + number, first + number + TO_MAPPING);
+                if self.objects.contains_key(&index) || self.objects.contains_key(&mapping) {
+                    continue;
+                }
+                added.push(format!("{index:04X}h {name} {} is as CompactPDO says", number + 1));
+                let mask = self.device.compact_pdo;
+                let subs = (1_u8..).zip(PARAMETERS).filter(|(sub, _)| mask >> (sub - 1) & 1 == 1);
+                let mut parameters = BTreeMap::new();
+                for (sub, (name, data)) in subs {
+                    let default = match sub {
+                        1 if number < 4 => {
+                            Number { offset: (base + 0x100 * u32::from(number)).into(), node_id: true }
+                        }
+                        1 => Number { offset: OFF, node_id: false },
+                        2 => Number { offset: 255, node_id: false },
+                        _other => Number::default(),
+                    };
+                    parameters.insert(sub, entry(name, data, Rights::ReadWrite, default));
+                }
+                let highest = parameters.keys().next_back().copied().unwrap_or_default();
+                let highest = Number { offset: highest.into(), node_id: false };
+                parameters.insert(0, entry("Highest sub-index", DataType::U8, Rights::ReadOnly, highest));
+                let mut mapped: BTreeMap<u8, Entry> = (1..=8)
+                    .map(|sub| {
+                        (sub, entry("Mapped object", DataType::U32, Rights::ReadWrite, Number::default()))
+                    })
+                    .collect();
+                let count = entry("Mapped objects", DataType::U8, Rights::ReadWrite, Number::default());
+                mapped.insert(0, count);
+                let number = number + 1;
+                self.objects.insert(index, record(index, format!("{name} {number}"), parameters));
+                self.objects.insert(mapping, record(mapping, format!("{name} {number} mapping"), mapped));
+            }
+        }
     }
 
     fn entry_mut(&mut self, index: u16, sub: u8) -> Option<&mut Entry> {
@@ -74,30 +129,48 @@ impl Eds {
             return;
         }
         added.push(format!("{index:04X}h:{sub:02X} {name} is missing: it is {}", number.offset));
-        let place = Place { line: 1, column: 1 };
-        let object = self.objects.entry(index).or_insert_with(|| Object {
-            index: Index(index),
-            name: if index == 0x1018 { "Identity object".into() } else { name.into() },
-            denotation: String::new(),
-            kind: if index == 0x1018 { ObjectType::Record } else { ObjectType::Var },
-            group: None,
-            refuses_download: false,
-            refuses_scan: false,
-            entries: BTreeMap::new(),
-            place,
+        let object = self.objects.entry(index).or_insert_with(|| match index {
+            0x1018 => record(index, "Identity object".into(), BTreeMap::new()),
+            _single => Object { kind: ObjectType::Var, ..record(index, name.into(), BTreeMap::new()) },
         });
-        let entry = Entry {
-            name: name.into(),
-            data,
-            rights: Rights::ReadOnly,
-            content: Content::Whole(number),
-            mappable: false,
-            low: None,
-            high: None,
-            file: None,
-            place,
-        };
-        object.entries.insert(sub, entry);
+        object.entries.insert(sub, entry(name, data, Rights::ReadOnly, number));
+    }
+}
+
+/// The most PDOs of one direction.
+const MOST_PDOS: u16 = 0x200;
+/// From a communication parameter to its mapping.
+const TO_MAPPING: u16 = 0x200;
+/// Bit 31 of a COB-ID: the PDO is off.
+const OFF: i128 = 1 << 31;
+/// What no file says is at its beginning.
+const NOWHERE: Place = Place { line: 1, column: 1 };
+
+const fn record(index: u16, name: String, entries: BTreeMap<u8, Entry>) -> Object {
+    Object {
+        index: Index(index),
+        name,
+        denotation: String::new(),
+        kind: ObjectType::Record,
+        group: None,
+        refuses_download: false,
+        refuses_scan: false,
+        entries,
+        place: NOWHERE,
+    }
+}
+
+fn entry(name: &str, data: DataType, rights: Rights, number: Number) -> Entry {
+    Entry {
+        name: name.into(),
+        data,
+        rights,
+        content: Content::Whole(number),
+        mappable: false,
+        low: None,
+        high: None,
+        file: None,
+        place: NOWHERE,
     }
 }
 
@@ -122,6 +195,16 @@ mod tests {
         assert_eq!(eds.entry(0x1018, 1).unwrap().octets(node), [0x96, 1, 0, 0]);
         assert_eq!(eds.entry(0x1018, 2), None);
         assert_eq!(eds.entry(0x1008, 0).unwrap().octets(node), b"Pump");
+        let mut compact = Eds::read(
+            b"[DeviceInfo]\nCompactPDO=0x13\nNrOfRXPDO=1\nNrOfTXPDO=5\n[1800]\nObjectType=9\n[1800sub0]\nDataType=5\nAccessType=ro\n",
+        )
+        .unwrap();
+        compact.complete();
+        assert_eq!(compact.objects[&0x1400].entries.keys().copied().collect::<Vec<_>>(), [0, 1, 2, 5]);
+        assert_eq!(compact.entry(0x1801, 1).unwrap().octets(node), [0x85, 2, 0, 0]);
+        assert_eq!(compact.entry(0x1804, 1).unwrap().octets(node), [0, 0, 0, 0x80]);
+        assert_eq!(compact.entry(0x1A04, 8).unwrap().octets(node), [0; 4]);
+        assert!(!compact.objects.contains_key(&0x1A00) && !compact.objects.contains_key(&0x1805));
         let mut bare =
             Eds::read(b"[6040]\nDataType=6\nAccessType=rw\n[6041]\nDataType=6\nAccessType=ro\n").unwrap();
         assert_eq!(bare.complete().len(), 7);

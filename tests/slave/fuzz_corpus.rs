@@ -16,6 +16,8 @@ fn every_input_of_every_corpus_keeps_the_invariants() {
         #[cfg(feature = "std")]
         ("eds", invariants::eds::check),
         #[cfg(feature = "std")]
+        ("eds_node", invariants::eds_node::check),
+        #[cfg(feature = "std")]
         ("gsd", invariants::gsd::check),
         #[cfg(feature = "parameters")]
         ("ppo_drive", invariants::ppo_drive::check),

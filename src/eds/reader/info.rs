@@ -44,6 +44,7 @@ impl Reader<'_> {
                 .filter(|rate| self.flag(section, &format!("BaudRate_{rate}")))
                 .collect(),
             granularity: self.number(section, "Granularity").and_then(|bits| u8::try_from(bits).ok()),
+            pdos: [self.number(section, "NrOfRXPDO"), self.number(section, "NrOfTXPDO")],
             compact_pdo: self
                 .number(section, "CompactPDO")
                 .and_then(|bits| u8::try_from(bits).ok())

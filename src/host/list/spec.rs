@@ -8,6 +8,7 @@ use super::choice::{near, one_of, quirk_refusal};
 use super::{Choice, Choices, DEVICES, Device, Given, Prepared, Takes};
 use crate::can_bus::canopen::NodeId;
 use crate::host::can::Product;
+use crate::host::eds_of_file;
 use crate::profibus::fdl::Address;
 
 /// By which option, table or route devices are given.
@@ -101,6 +102,10 @@ impl Group {
         }
     }
 
+    fn without_place(self) -> Wrong {
+        Wrong::whole(format!("the {} is missing; {}", self.place().0, self.expected()))
+    }
+
     fn expected(self) -> String {
         format!("expected {}", self.form(self.place().1))
     }
@@ -134,6 +139,17 @@ impl Group {
             Self::Node => NodeId::new(number).is_ok(),
         }
     }
+}
+
+/// The number that a configuration file gives its node.
+fn number_of_file(text: &str, group: Group) -> Result<String, Wrong> {
+    let file = text.split(',').find_map(|part| part.strip_prefix("eds=")).filter(|file| !file.is_empty());
+    let file = file.ok_or_else(|| group.without_place())?;
+    let eds = eds_of_file(Path::new(file)).map_err(|words| Wrong::at("eds", words))?;
+    let number = eds.commissioning.and_then(|commissioning| commissioning.node);
+    number.map(|number| number.to_string()).ok_or_else(|| {
+        Wrong::whole(format!("{file} has no NodeID; give the number, for example 5,eds={file}"))
+    })
 }
 
 /// What is wrong with a specification, and at which key.
@@ -196,10 +212,13 @@ impl Spec {
     pub(crate) fn parse(group: Group, text: &str) -> Result<Self, Wrong> {
         let (place, rest) = text.split_once(',').map_or((text, None), |(place, rest)| (place, Some(rest)));
         // A key begins with a letter; anything else is meant as the place.
-        if place.contains('=') && place.starts_with(|first: char| first.is_ascii_alphabetic()) {
-            return Err(Wrong::whole(format!("the {} is missing; {}", group.place().0, group.expected())));
-        }
-        let mut given = vec![(group.place_key().to_owned(), Given::Text(place.to_owned()))];
+        let is_key = place.contains('=') && place.starts_with(|first: char| first.is_ascii_alphabetic());
+        let (place, rest) = match (is_key, group) {
+            (false, _) => (place.to_owned(), rest),
+            (true, Group::Node) => (number_of_file(text, group)?, Some(text)),
+            (true, Group::Drive | Group::PpoDrive | Group::Station) => return Err(group.without_place()),
+        };
+        let mut given = vec![(group.place_key().to_owned(), Given::Text(place))];
         let inputs = group.choices().into_iter().find(|choice| choice.takes == Takes::Inputs);
         let mut moved = Vec::new();
         for part in rest.into_iter().flat_map(|rest| rest.split(',')) {
@@ -432,6 +451,7 @@ mod tests {
             (Group::Node, "1,device=ap10,twin", 1, "ap10", "mode", None),
             (Group::Node, "5,mode=half,device=asda-a2", 5, "asda-a2", "mode", Some("half")),
             (Group::PpoDrive, "7,ppo=2,ident=0x80D1,parameters=a.csv", 7, "ppo-drive", "ppo", Some("2")),
+            (Group::Node, "eds=tests/eds/servo.dcf,twin", 9, "eds-node", "mode", None),
             (Group::Node, "5,twin,eds=pump.eds", 5, "eds-node", "mode", None),
             (Group::Station, "7,strict,gsd=x.gsd", 7, "gsd-station", "gsd", None),
         ] {
@@ -524,6 +544,14 @@ mod tests {
                 "eds",
                 "eds is for the device eds-node only, not for ap10",
             ),
+            (Group::Node, "device=ap10", "", "the node number is missing; expected ID"),
+            (
+                Group::Node,
+                "eds=tests/eds/pump.eds",
+                "",
+                "pump.eds has no NodeID; give the number, for example 5,eds=",
+            ),
+            (Group::Node, "eds=/nowhere.eds", "eds", "cannot read /nowhere.eds"),
             (Group::Node, "5,device=eds-node", "", "no file is named; expected ID"),
             (
                 Group::Node,
