@@ -80,6 +80,12 @@ impl ValueType {
         ("float32", Self::Float32),
     ];
 
+    /// Every type.
+    #[cfg(test)]
+    pub(crate) fn all() -> impl Iterator<Item = Self> {
+        (0..8).map(Self::Bit).chain(Self::NAMES.map(|(_, kind)| kind))
+    }
+
     /// How many octets it has.
     pub(crate) const fn octets(self) -> usize {
         match self {

@@ -85,7 +85,7 @@ pub(crate) enum BaudSpec {
 }
 
 /// The rates that CiA 301 recommends and those that nodes have besides, in bit/s.
-const CAN_RATES: [u32; 15] = [
+pub(crate) const CAN_RATES: [u32; 15] = [
     10_000, 15_625, 20_000, 25_000, 40_000, 50_000, 62_500, 100_000, 125_000, 200_000, 250_000, 500_000,
     750_000, 800_000, 1_000_000,
 ];

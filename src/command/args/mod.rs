@@ -35,6 +35,8 @@ pub(crate) use encode::{
 };
 pub(crate) use gsd::{Check, Gsd};
 pub(crate) use judge::{Compare, Judge, JudgedStation, millis as judge_millis};
+#[cfg(test)]
+pub(crate) use link::CAN_RATES;
 pub(crate) use link::{BaudSpec, LinkSpec};
 #[cfg(feature = "manual")]
 pub(crate) use manual::{Completions, Man};

@@ -158,12 +158,12 @@ mod tests {
         assert_eq!(names, ["8 DI", "empty slot", "2 AO"]);
     }
 
-    #[test]
-    fn what_is_wrong_is_told_with_line_column_and_cure() {
+    /// Text, line and column, words of what is said.
+    pub(super) fn wrong_files() -> Vec<(String, &'static str, &'static str)> {
         let line = |rest: &str| format!("[[line]]\nlink = 'pty'\n{rest}");
         let station = |rest: &str| format!("{STATION}{rest}");
         let input = |rest: &str| station(&format!("[[line.station.input]]\nslot = 1\ntype = 'bit0'\n{rest}"));
-        for (text, place, words) in [
+        vec![
             (String::new(), "1, column 1", "missing field `line`"),
             (format!("metrics = '9187'\n{STATION}"), "1, column 11", "for example 127.0.0.1:9187"),
             (format!("metrics-allow-remote = true\n{STATION}"), "1, column 24", "needs metrics"),
@@ -398,12 +398,17 @@ mod tests {
             ),
             (
                 line(
-                    "panel = '127.0.0.1:8080'\n[[line.drive]]\naddress = 5\n[[line]]\nlink = 'pty'\npanel = '127.0.0.1:8080'",
+                    "panel = '127.0.0.1:8080'\n[[line.drive]]\naddress = 5\n[[line]]\nlink = 'pty'\npanel = '127.0.0.1:8080'\n[[line.drive]]\naddress = 5",
                 ),
                 "8, column 9",
                 "two lines have panel",
             ),
-        ] {
+        ]
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_with_line_column_and_cure() {
+        for (text, place, words) in wrong_files() {
             let said = refused(&text);
             assert!(said.contains(&format!("line {place}")), "{text}\n{said}");
             assert!(said.contains(words), "{text}\n{said}");

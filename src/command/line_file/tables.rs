@@ -28,6 +28,7 @@ impl<T> At<T> {
 /// A file for `profidrive emulate --line`.
 #[derive(Debug, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(transform = super::schema::rules_of_file))]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct LineFile {
     /// The lines, each with a master of its own.
@@ -41,6 +42,7 @@ pub(super) struct LineFile {
 /// A line of PROFIBUS with drives and stations, or a CAN bus with nodes.
 #[derive(Debug, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(transform = super::schema::rules_of_line))]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct LineTable {
     /// pty, pty:PATH, serial:DEVICE, tcp:HOST:PORT; of a CAN bus slcan-pty, slcan-pty:PATH, slcan-tcp:HOST:PORT, slcan-tty:PATH, socketcan:INTERFACE.
@@ -86,6 +88,7 @@ pub(super) struct LineTable {
 /// A rate.
 #[derive(Debug, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(transform = super::schema::rules_of_baud))]
 #[serde(untagged)]
 pub(super) enum Baud {
     /// Bit/s.
@@ -165,6 +168,7 @@ impl<'de, G: OfGroup> Visitor<'de> for Keys<G> {
 /// A fault on purpose, and when it may act.
 #[derive(Debug, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(transform = super::schema::rules_of_fault))]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct FaultTable {
     /// As for `--fault` (docs/faults.md), for example "late=3ms,station=7,service=Data_Exchange,at=100".
@@ -181,6 +185,7 @@ pub(super) struct FaultTable {
 /// A condition on an input of a station: one of `is`, `above`, `below`.
 #[derive(Debug, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(transform = super::schema::rules_of_condition))]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct WhileTable {
     /// The address of the station.

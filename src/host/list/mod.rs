@@ -21,6 +21,8 @@ pub mod named;
 mod node_files;
 #[cfg(all(test, feature = "cli"))]
 mod schema;
+#[cfg(all(test, feature = "cli"))]
+pub(crate) use schema::quirks_schema;
 pub(crate) mod signals;
 mod slaves;
 mod spec;

@@ -5,8 +5,9 @@ use utoipa::openapi::{RefOr, Schema};
 
 use super::inputs::OWN;
 use super::signals::{BEHAVIOUR, Holds, KINDS};
-use super::timed::{AREA, DIRECTIONS, WIDTHS};
+use super::timed::{AREA, DIRECTIONS, KEYS, TIMES, WIDTHS};
 use super::{Choice, Group, Takes};
+use crate::process::ValueType;
 
 /// A time.
 const TIME: &str = "^[0-9]+(us|ms|s)$";
@@ -34,8 +35,28 @@ impl Group {
                 required.push(choice.key);
             }
         }
-        json!({ "type": "object", "additionalProperties": false, "properties": properties, "required": required })
+        let mut schema = json!({
+            "type": "object", "additionalProperties": false, "properties": properties, "required": required
+        });
+        if let (Self::PpoDrive, Some(schema)) = (self, schema.as_object_mut()) {
+            schema.insert("allOf".to_owned(), json!([{ "not": { "required": ["gsd", "ident"] } }]));
+        }
+        if let Some(quirks) = schema.pointer_mut("/properties/quirks").and_then(Value::as_object_mut)
+            && let Value::Object(known) = quirks_schema(self.devices())
+        {
+            quirks.extend(known);
+        }
+        schema
     }
+}
+
+/// The quirks of some devices.
+pub(crate) fn quirks_schema(devices: impl Iterator<Item = &'static super::Device>) -> Value {
+    let mut known = Map::new();
+    for row in devices.flat_map(super::Device::quirks) {
+        known.insert(row.name.to_owned(), json!({ "description": row.about, "enum": row.values }));
+    }
+    json!({ "type": "object", "additionalProperties": false, "properties": known })
 }
 
 impl Group {
@@ -119,6 +140,26 @@ fn inputs() -> Value {
             }
         }));
     }
+    // What a value of each type may be, where no arithmetic decides it.
+    for kind in ValueType::all() {
+        let (least, most) = kind.range();
+        let is_float = kind == ValueType::Float32;
+        let within = if is_float { json!({}) } else { json!({ "minimum": least, "maximum": most }) };
+        let whole = if is_float { "number" } else { "integer" };
+        rules.push(json!({
+            "if": { "properties": { "type": { "const": kind.to_string() } } },
+            "then": {
+                "properties": {
+                    "value": { "type": whole, "allOf": [within] },
+                    "high": within, "low": within, "least": within, "most": within
+                },
+                "allOf": [{
+                    "if": { "properties": { BEHAVIOUR: { "const": "ramp" } }, "required": [BEHAVIOUR] },
+                    "then": { "properties": { "from": within, "to": within } }
+                }]
+            }
+        }));
+    }
     json!({
         "type": "object", "additionalProperties": false, "properties": properties, "required": ["slot", "type"],
         "allOf": rules
@@ -133,8 +174,9 @@ fn diagnosis() -> Value {
     let list = |items: &Value| json!({ "type": "array", "items": items });
     let table = |properties: Value, required: &[&str]| json!({ "type": "object", "additionalProperties": false, "properties": properties, "required": required });
     let words = |known: std::vec::Vec<&str>| json!({ "enum": known, "default": known.first() });
+    let errors: std::vec::Vec<u8> = (1..=9).chain(16..=31).collect();
     let channel = json!({
-        "slot": slot, "channel": up_to(63), "error": { "type": "integer", "minimum": 1, "maximum": 31 },
+        "slot": slot, "channel": up_to(63), "error": { "enum": errors },
         "direction": words(DIRECTIONS.iter().map(|(word, _)| *word).collect()),
         "width": words(WIDTHS.iter().map(|(word, _)| *word).collect()),
     });
@@ -144,7 +186,7 @@ fn diagnosis() -> Value {
         }
         schema
     };
-    table(
+    let mut rows = table(
         json!({
             "from": about("When it begins, from the start of the line on; at once unless given.", time.clone()),
             "until": about("When it ends.", time),
@@ -165,7 +207,12 @@ fn diagnosis() -> Value {
             "not-valid": about("Stat_Diag: the inputs are not valid.", json!({ "type": "boolean" })),
         }),
         &[],
-    )
+    );
+    let one: std::vec::Vec<_> = KEYS.iter().skip(TIMES).map(|key| json!({ "required": [key] })).collect();
+    if let Some(rows) = rows.as_object_mut() {
+        rows.insert("allOf".to_owned(), json!([{ "anyOf": one }]));
+    }
+    rows
 }
 
 impl Choice {

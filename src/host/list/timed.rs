@@ -26,6 +26,10 @@ pub(crate) const KEYS: &[&str] = &[
     "not-valid",
 ];
 
+/// So many of them say when.
+#[cfg(all(test, feature = "cli"))]
+pub(crate) const TIMES: usize = 2;
+
 /// The keys of a fault of a channel, and of a value of an area.
 pub(crate) const CHANNEL: &[&str] = &["slot", "channel", "direction", "width", "error"];
 pub(crate) const AREA: &[&str] = &["first-bit", "value"];
