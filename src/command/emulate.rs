@@ -21,8 +21,11 @@ use tracing::{debug, info, warn};
 use super::args::{BaudSpec, Emulate, LinkSpec, MetricsSpec};
 use super::signals::Signals;
 use super::{Failure, line_file};
+use crate::face::EventKind;
+use moving::Moving;
 
 mod lines;
+mod moving;
 mod nodes;
 mod tap;
 
@@ -206,6 +209,7 @@ fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
             panel.serve(&mut BusAccess { bus: &mut bus, faults, ground, choose: &choose, listen });
         }
     };
+    news.moving.end();
     drop(panel);
     // Switched off, the drives hand over their last images; the directory waits for them.
     drop(bus);
@@ -253,6 +257,7 @@ struct News<'a> {
     last_noise: Option<Instant>,
     /// Noise since then that was not said.
     unsaid: u64,
+    moving: Moving,
 }
 
 impl<'a> News<'a> {
@@ -281,11 +286,13 @@ impl<'a> News<'a> {
             searching: false,
             last_noise: None,
             unsaid: 0,
+            moving: Moving::default(),
         }
     }
 
     /// `words` stand behind what the event says itself.
     fn say(&mut self, now: Instant, event: BusEvent, words: Option<&str>) {
+        self.moving.look(now);
         match event {
             // So many events at once are noise, whatever else there is among them.
             BusEvent::TelegramRefused(_) | BusEvent::Lost { .. } => {
@@ -321,6 +328,7 @@ impl<'a> News<'a> {
             BusEvent::MovedToTakenAddress { .. } => warn!("{event}"),
             BusEvent::RateLost { .. } => warn!("{event}"),
             _ if event.is_detail() => debug!("{event}"),
+            _ if event.kind() == EventKind::Drive && !self.moving.may_say(now) => debug!("{event}"),
             BusEvent::Hint(_)
             | BusEvent::ByHand { .. }
             | BusEvent::Station { .. }

@@ -79,8 +79,13 @@ impl Place {
         text.replace("127.0.0.1:5000", &format!("127.0.0.1:{}", self.port)).replace("/tmp/", &folder)
     }
 
-    /// Runs in a shell, as it is written.
+    /// Runs in a shell, as it is written; only a master on PROFIBUS waits longer for replies, as a busy machine needs it.
     fn shell(&self, command: &str) -> Command {
+        let patient = "profidrive master --watchdog 60s --baud 93750 --slot-time 300ms ";
+        let command = match command.strip_prefix("profidrive master ") {
+            Some(rest) if !rest.contains("--node") => format!("{patient}{rest}"),
+            Some(_) | None => command.to_owned(),
+        };
         let binary = Path::new(env!("CARGO_BIN_EXE_profidrive")).parent().unwrap();
         let path = format!("{}:{}", binary.display(), std::env::var("PATH").unwrap_or_default());
         let mut shell = Command::new("sh");

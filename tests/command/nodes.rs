@@ -245,6 +245,49 @@ fn each_node_answers_for_itself_and_boots_when_it_is_told() {
     }
 }
 
+/// FR-7
+#[test]
+fn a_plant_that_moves_all_the_time_leaves_the_log_small_and_its_faults_in_it() {
+    let emulator = Emulator::start(&["--node", "5", "--link", "slcan-tcp:127.0.0.1:0"]);
+    let mut master = Master::open(adapter(&emulator));
+    master.send("t00020105");
+    for word in ["06", "07", "0F"] {
+        master.send(&format!("t2052{word}01"));
+    }
+    for target in ["0A", "00"].into_iter().cycle().take(40) {
+        master.send(&format!("t40561F00{target}000000"));
+        // Until the target is reached: bit 14 of 6041h.
+        while master.sdo(5, "4041600000000000").as_bytes()[10] & 4 != 0 {}
+        master.send("t20520F00");
+    }
+    // Longer than a frame with 29 bits is.
+    master.send("t205100");
+    emulator.signal("TERM");
+    let (_, _, log) = emulator.end();
+    assert!(log.contains("more lines about motion; -v logs each of them"), "{log}");
+    assert!((5..=20).contains(&log.matches(": travel to ").count()), "{log}");
+    assert!(log.contains("RPDO1 has 1 octets"), "{log}");
+}
+
+/// FR-7
+#[test]
+fn twins_keep_what_they_store_each_for_itself() {
+    let folder = tempfile::tempdir().unwrap();
+    for _ in ["made", "loaded"] {
+        let state = folder.path().to_str().unwrap();
+        let link = ["--link", "slcan-tcp:127.0.0.1:0", "--state-dir", state];
+        let emulator = Emulator::start(&[&["--node", "5", "--node", "5,twin"][..], &link].concat());
+        assert!(emulator.ready.ends_with(" nodes=5,5\n"), "{}", emulator.ready);
+        let mut master = Master::open(adapter(&emulator));
+        assert_eq!(master.sdo(5, "2F1024054D000000"), "6010240500000000");
+        emulator.signal("TERM");
+        assert_eq!(emulator.end().0, Some(0));
+        for file in ["ag03-1-node-005.eeprom", "ag03-1-node-005-twin.eeprom"] {
+            assert!(folder.path().join(file).exists(), "{}", listing(folder.path()));
+        }
+    }
+}
+
 /// FC-8
 #[test]
 fn a_node_at_another_rate_is_silent_until_the_master_changes_over() {

@@ -8,6 +8,7 @@ use crate::can_bus::can::BitRate;
 use crate::can_bus::canopen::node::storage::Eeprom;
 use crate::can_bus::canopen::{Event, NodeId};
 use crate::devices::CanopenEvent;
+use crate::face::EventKind;
 use crate::host::can::{
     self, AdapterNews, BusHint, Line, LinkSpec, News, NodeWatch, Numbers, Product, Seat, StoredNode,
 };
@@ -20,6 +21,7 @@ use crate::panel::{NodeAccess, Panel, Seated};
 use crate::time::Instant;
 use tracing::{debug, info, warn};
 
+use super::moving::Moving;
 use super::{NOISE_PAUSE, Start, start_panel};
 use crate::command::Failure;
 use crate::command::args::Emulate;
@@ -125,6 +127,7 @@ pub(super) fn emulate(
             nodes.follow(&seats, &line);
         }
     };
+    nodes.moving.end();
     drop(panel);
     // Switched off, the devices hand over their last images; the directory waits for them.
     drop(line);
@@ -189,16 +192,17 @@ struct Nodes {
     /// When a line of noise was logged last, and how many more came since.
     last_noise: Option<Instant>,
     unsaid: u64,
+    moving: Moving,
 }
 
 impl Nodes {
     /// None yet, on the bus behind `link`.
-    const fn of(link: &LinkSpec) -> Self {
+    fn of(link: &LinkSpec) -> Self {
         let watch = match link {
             LinkSpec::Terminal(_) | LinkSpec::Socket(_) => NodeWatch::outside(),
             LinkSpec::Pty(_) | LinkSpec::Tcp(_) => NodeWatch::inside(),
         };
-        Self { on_bus: Vec::new(), watch, last_noise: None, unsaid: 0 }
+        Self { on_bus: Vec::new(), watch, last_noise: None, unsaid: 0, moving: Moving::default() }
     }
 
     /// What is odd about a frame of a master.
@@ -295,6 +299,7 @@ impl Nodes {
     }
 
     fn say(&mut self, now: Instant, news: News<CanopenEvent>) {
+        self.moving.look(now);
         match news {
             // So many of them are noise.
             News::Adapter { name, news: news @ AdapterNews::Refused(_) } => {
@@ -309,7 +314,7 @@ impl Nodes {
                     more => info!("slcan {name}: {news}; {more} more such lines since the last one"),
                 }
             }
-            News::Bus(can::Event::Participant { seat, event }) => self.say_of_node(seat, &event),
+            News::Bus(can::Event::Participant { seat, event }) => self.say_of_node(now, seat, &event),
             News::Bus(can::Event::State { seat, state, .. }) => warn!("{}: {state}", self.name(seat)),
             News::Bus(can::Event::Tuned(tuned)) => warn!("{}: {tuned}", self.name(tuned.seat)),
             News::Bus(can::Event::Damaged { from, frame, damage, .. }) => {
@@ -323,7 +328,7 @@ impl Nodes {
         }
     }
 
-    fn say_of_node(&mut self, seat: Seat, event: &CanopenEvent) {
+    fn say_of_node(&mut self, now: Instant, seat: Seat, event: &CanopenEvent) {
         if let CanopenEvent::Node(Event::BootUp { node, .. }) = event
             && let Some((_, id)) = self.on_bus.iter_mut().find(|(seated, _)| seated.seat == seat)
         {
@@ -336,7 +341,8 @@ impl Nodes {
                 Event::FramesLost { .. } | Event::LifeGuardingExpired | Event::HeartbeatLost(_)
             )
         );
-        if event.is_detail() {
+        let is_motion = event.kind() == EventKind::Drive;
+        if event.is_detail() || is_motion && !self.moving.may_say(now) {
             debug!("{name}: {event}");
         } else if is_warning {
             warn!("{name}: {event}");

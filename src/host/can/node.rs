@@ -185,8 +185,8 @@ impl Unit {
 
 impl StateDir {
     /// The device of this product and node number, switched on at `now` as its newest image says; without an image as the
-    /// factory made it. Its file is named by the product and by `node`, and stays its own whatever number the bus gives
-    /// the device, until it is dropped.
+    /// factory made it. Its file is named by the product, by `node` and as that of a twin, and stays its own whatever number
+    /// the bus gives the device, until it is dropped.
     ///
     /// # Errors
     /// [`StateDirError::Owned`], [`StateDirError::File`], [`StateDirError::Refused`]; the file is as before.
@@ -198,7 +198,8 @@ impl StateDir {
         now: Instant,
     ) -> Result<StoredNode, StateDirError> {
         let mut device = product.make(node, choices, Eeprom::Host, now);
-        let name = format!("{}-node-{:03}", device.application().product(), node.number());
+        let twin = if choices.flag("twin") { "-twin" } else { "" };
+        let name = format!("{}-node-{:03}{twin}", device.application().product(), node.number());
         let (file, newest) = self.file::<Kept>(&name, LONGEST_IMAGE)?;
         let mut recalled = None;
         match newest {

@@ -65,6 +65,8 @@ struct Slot {
     in_doubt: bool,
     /// The last write failed, which was said.
     failing: bool,
+    /// That it is stored again is said when the owner asks what became of it: it has told of the failure then.
+    again: bool,
 }
 
 #[derive(Debug)]
@@ -152,6 +154,9 @@ impl Slots {
         let mut state = self.lock();
         if let Some(slot) = state.slots.get_mut(name) {
             slot.owned = false;
+            if core::mem::take(&mut slot.again) {
+                self.say_stored_again(name);
+            }
             match &mut slot.newest {
                 None => drop(state.slots.remove(name)),
                 Some(Image { stage: stage @ Stage::Failed, .. }) => *stage = Stage::Waits,
@@ -183,6 +188,9 @@ impl Slots {
         let mut state = self.lock();
         let slot = state.slots.get_mut(name)?;
         let stored = slot.stored.take().map(|ticket| (ticket, true));
+        if stored.is_some() && core::mem::take(&mut slot.again) {
+            self.say_stored_again(name);
+        }
         stored.or_else(|| slot.failed.take().map(|ticket| (ticket, false)))
     }
 
@@ -273,6 +281,10 @@ impl Slots {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    fn say_stored_again(&self, name: &str) {
+        tracing::info!("{} is stored again", self.path(name).display());
+    }
+
     fn write(&self, name: &str, ticket: Ticket, octets: &[u8]) {
         let written = self.replace(name, octets);
         let mut state = self.lock();
@@ -361,6 +373,7 @@ impl Slot {
     fn say(&mut self, path: &Path, written: &Result<(), WriteError>) {
         let path = path.display();
         match written {
+            Ok(()) if self.failing && self.owned => self.again = true,
             Ok(()) if self.failing => tracing::info!("{path} is stored again"),
             Ok(()) => {}
             Err(WriteError::AsBefore(error) | WriteError::InDoubt(error)) if self.failing => {
@@ -377,5 +390,53 @@ impl Slot {
             ),
         }
         self.failing = written.is_err();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A disk that is full at first.
+    #[derive(Debug)]
+    struct FullAtFirst(Mutex<bool>);
+
+    impl Disk for FullAtFirst {
+        fn read(&self, _: &str, _: usize) -> io::Result<Option<Vec<u8>>> {
+            Ok(None)
+        }
+        fn write(&self, _: &str, _: &[u8]) -> io::Result<()> {
+            let full = core::mem::take(&mut *self.0.lock().unwrap());
+            if full { Err(io::ErrorKind::StorageFull.into()) } else { Ok(()) }
+        }
+        fn sync(&self, _: &str) -> io::Result<()> {
+            Ok(())
+        }
+        fn rename(&self, _: &str, _: &str) -> io::Result<()> {
+            Ok(())
+        }
+        fn sync_names(&self) -> io::Result<()> {
+            Ok(())
+        }
+        fn remove(&self, _: &str) -> io::Result<()> {
+            Ok(())
+        }
+        fn names(&self) -> io::Result<Vec<String>> {
+            Ok(Vec::new())
+        }
+    }
+
+    #[test]
+    fn that_it_is_stored_again_is_said_behind_the_failure_that_its_owner_tells() {
+        let slots = Slots::new(Path::new("/state"), Box::new(FullAtFirst(Mutex::new(true))));
+        slots.own("a", 9).unwrap();
+        let waits = || slots.lock().slots["a"].again;
+        let (failed, _) = slots.store("a", vec![1]);
+        slots.write("a", failed, &[1]);
+        assert_eq!((slots.outcome("a"), waits()), (Some((failed, false)), false));
+        let (stored, _) = slots.store("a", vec![2]);
+        slots.write("a", stored, &[2]);
+        assert!(waits(), "not by the writer, whose lines may come before those of the owner");
+        assert_eq!((slots.outcome("a"), waits()), (Some((stored, true)), false));
     }
 }
