@@ -337,7 +337,7 @@ impl<R> Source<R> {
     }
 
     /// How often it looks at values of which no change is told.
-    pub(super) const fn tick() -> Duration {
+    pub(crate) const fn tick() -> Duration {
         TICK
     }
 }

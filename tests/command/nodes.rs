@@ -541,3 +541,47 @@ fn a_file_that_is_no_eds_ends_with_2_and_its_place() {
         assert!(log.lines().last().unwrap().contains(says), "{log}");
     }
 }
+
+#[test]
+fn objects_follow_signals_and_other_objects() {
+    let folder = tempfile::tempdir().unwrap();
+    let eds = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/eds/pump.eds");
+    let line = folder.path().join("line.toml");
+    let node = |values: &str| {
+        let eds = eds.display();
+        fs::write(
+            &line,
+            format!(
+                "[[line]]\nlink = 'slcan-tcp:127.0.0.1:0'\n[[line.node]]\nid = 5\neds = '{eds}'\n{values}"
+            ),
+        )
+        .unwrap();
+    };
+    node(
+        "[[line.node.value]]\nobject = '2002h'\nbehaviour = 'count'\nfrom = 0\nto = 100000\nevery = '10ms'\n\
+         [[line.node.value]]\nobject = '2001h'\nbehaviour = 'scale'\nof = '2000h'\nfactor = 0.5\n",
+    );
+    let emulator = Emulator::start(&["--line", line.to_str().unwrap()]);
+    let mut master = Master::open(adapter(&emulator));
+    let position = |master: &mut Master| master.sdo(5, "4002200000000000");
+    let first = position(&mut master);
+    let start = Instant::now();
+    while position(&mut master) == first {
+        assert!(start.elapsed() < PATIENCE, "{first}");
+    }
+    assert_eq!(master.sdo(5, "2B00200003000000"), "6000200000000000");
+    // 1.5
+    while master.sdo(5, "4001200000000000") != "430120000000C03F" {
+        assert!(start.elapsed() < PATIENCE);
+    }
+    drop(emulator);
+    for (value, says) in [
+        ("object = '2000h'\nvalue = 1\n", "line 7, column 10: '2000h' is no input of this node"),
+        ("object = '2001h'\nbehaviour = 'mirror'\nof = '9/position'\n", "there is no station 9 on this line"),
+    ] {
+        node(&format!("[[line.node.value]]\n{value}"));
+        let output = output(&["emulate", "--line", line.to_str().unwrap(), "--check"]);
+        let log = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.code() == Some(2) && log.contains(says), "{log}");
+    }
+}

@@ -10,7 +10,8 @@ use crate::can_bus::canopen::{Event, NodeId};
 use crate::devices::CanopenEvent;
 use crate::face::EventKind;
 use crate::host::can::{
-    self, AdapterNews, BusHint, Line, LinkSpec, News, NodeWatch, Numbers, Product, Seat, StoredNode,
+    self, AdapterNews, BusHint, Line, LinkSpec, News, NodeSignal, NodeWatch, Numbers, Product, Seat,
+    StoredNode,
 };
 use crate::host::capture::Capture;
 use crate::host::capture::can::CanInterface;
@@ -41,7 +42,7 @@ pub(super) fn emulate(
     start: &Start,
 ) -> Result<(), Failure> {
     // Read before anything else begins.
-    args.nodes().iter().try_for_each(|spec| product(spec).map(drop))?;
+    args.nodes().iter().try_for_each(|spec| signals(spec).map(drop))?;
     // Before the link is made, so that no signal ends the process with the link left behind.
     let signals = Signals::register().map_err(|error| Failure::from_error(&error))?;
     start.ends_with(&signals);
@@ -135,6 +136,10 @@ pub(super) fn emulate(
     outcome.map_err(|error| Failure::from_error(&error))?;
     info!("ended by a signal");
     Ok(())
+}
+
+fn signals(spec: &Spec) -> Result<Vec<NodeSignal>, Failure> {
+    spec.signals().map_err(|wrong| Failure::Usage(format!("--node {}: {wrong}", spec.node())))
 }
 
 fn product(spec: &Spec) -> Result<&'static Product, Failure> {
@@ -242,6 +247,9 @@ impl Nodes {
         }
         // Before it is on the bus: its boot-up is concerned.
         line.bus().add_faults_to(now, &mut node);
+        for signal in signals(spec)? {
+            node.connect(now, signal);
+        }
         let seat = line.add(Box::new(node));
         self.on_bus.push((Seated { seat, product }, id));
         Ok(())

@@ -57,15 +57,27 @@ pub(super) fn check_followed(plans: &[LinePlan]) -> Result<(), Wrong> {
             let table = TablePath::new(number, Group::Station, place);
             for (input, elsewhere) in slave.prepared.followed() {
                 let followed = followed(plans, number, elsewhere);
-                followed.map_err(|wrong| {
-                    let path =
-                        ["input".to_owned(), input.to_string()].into_iter().chain(wrong.path).collect();
-                    Wrong::of_spec(&table, list::Wrong { path, ..wrong })
-                })?;
+                followed.map_err(|wrong| wrong_within(&table, "input", input, wrong))?;
+            }
+        }
+        for (place, spec) in plan.args.nodes.iter().enumerate() {
+            let table = TablePath::new(number, Group::Node, place);
+            let signals = spec.signals().map_err(|wrong| Wrong::of_spec(&table, wrong))?;
+            for (value, signal) in signals.iter().enumerate() {
+                for elsewhere in signal.elsewhere() {
+                    let followed = followed(plans, number, elsewhere);
+                    followed.map_err(|wrong| wrong_within(&table, "value", value, wrong))?;
+                }
             }
         }
     }
     Ok(())
+}
+
+/// What is wrong with an entry of a list of a device.
+fn wrong_within(table: &TablePath, list: &str, place: usize, wrong: list::Wrong) -> Wrong {
+    let path = [list.to_owned(), place.to_string()].into_iter().chain(wrong.path).collect();
+    Wrong::of_spec(table, list::Wrong { path, ..wrong })
 }
 
 /// Whether a value is there, for an input of the line of this number, from 0.
@@ -108,7 +120,7 @@ pub(super) fn nodes(place: (usize, &Path), table: &LineTable) -> Result<Vec<Spec
     let alone = all.iter().filter(|(_, _, spec)| !spec.choices.flag("twin"));
     distinct(&mut alone.map(|(start, path, spec)| (*start, path, spec)).collect(), "nodes have the number")?;
     for (_, path, spec) in &all {
-        spec.product().map_err(|wrong| Wrong::of_spec(path, wrong))?;
+        spec.signals().map_err(|wrong| Wrong::of_spec(path, wrong))?;
     }
     Ok(all.into_iter().map(|(_, _, spec)| spec).collect())
 }

@@ -53,6 +53,7 @@ mod link_spec;
 mod node;
 mod node_counters;
 mod node_faults;
+mod node_signals;
 mod participant;
 mod product;
 #[cfg(all(target_os = "linux", feature = "socketcan"))]
@@ -67,6 +68,7 @@ pub use line::{Line, News, Stay};
 pub use link_spec::{LinkSpec, LinkSpecError};
 pub use node::StoredNode;
 pub use node_counters::NodeCounters;
+pub use node_signals::{NodeOrigin, NodeSignal};
 pub use participant::CanParticipant;
 pub use product::Product;
 #[cfg(all(target_os = "linux", feature = "socketcan"))]

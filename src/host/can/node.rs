@@ -2,6 +2,7 @@
 
 use super::CanParticipant;
 use super::node_counters::NodeCounters;
+use super::node_signals::NodeSignal;
 use super::product::Product;
 use crate::can_bus::can::{BitRate, ErrorState, Frame};
 use crate::can_bus::canopen;
@@ -32,7 +33,9 @@ pub struct StoredNode {
     counters: NodeCounters,
     repeats: Repeats<canopen::Event>,
     /// Where its values are shown that somebody follows.
-    board: Option<ValueBoard>,
+    pub(super) board: Option<ValueBoard>,
+    /// What moves its inputs.
+    pub(super) signals: Vec<NodeSignal>,
 }
 
 /// The device with what it hands over.
@@ -69,11 +72,13 @@ impl StoredNode {
             counters: NodeCounters::default(),
             repeats: Repeats::default(),
             board: None,
+            signals: Vec::new(),
         }
     }
 
     /// Shows its values from now on, if somebody follows them.
     pub(super) fn show_on(&mut self, board: ValueBoard) {
+        self.follow_on(&board);
         self.board = Some(board);
     }
 
@@ -289,6 +294,7 @@ impl CanParticipant for StoredNode {
             }
         });
         self.follow_faults(now);
+        self.move_inputs(now);
         if let Some(board) = &self.board {
             let device = &self.stored.unit().device;
             board.show(device.node_id().number(), &|| Some(device.description()));
@@ -331,6 +337,8 @@ impl CanParticipant for StoredNode {
     fn poll_timeout(&self) -> Option<Instant> {
         let device = self.stored.poll_timeout(self.stored.unit().device.poll_timeout());
         let fault = self.injector.as_ref().and_then(|injector| injector.poll_timeout());
-        Instant::first_of(Instant::first_of(device, fault), self.repeats.poll_timeout())
+        let signals = self.signals.iter().filter_map(NodeSignal::due).min();
+        let own = Instant::first_of(signals, self.repeats.poll_timeout());
+        Instant::first_of(Instant::first_of(device, fault), own)
     }
 }

@@ -41,6 +41,8 @@ pub enum Takes {
     Values,
     /// Inputs, each with what it follows.
     Inputs,
+    /// Objects of a node, each with what it follows.
+    Objects,
     /// Diagnoses, each with its time.
     Diagnosis,
 }
@@ -69,7 +71,9 @@ impl Choice {
             }
             Takes::Flag => format!(",{key}"),
             Takes::Inputs => return format!("[,{key}=SLOT/OCTET/TYPE:BEHAVIOUR:KEY=VALUE]..."),
-            Takes::Names | Takes::Quirks | Takes::Values | Takes::Diagnosis => return String::new(),
+            Takes::Names | Takes::Quirks | Takes::Values | Takes::Objects | Takes::Diagnosis => {
+                return String::new();
+            }
         };
         if required { form } else { format!("[{form}]") }
     }
@@ -123,6 +127,7 @@ impl Takes {
             Self::Quirks => "a table of names and values",
             Self::Values => "a table of names and numbers",
             Self::Inputs => "a list of inputs",
+            Self::Objects => "a list of objects",
             Self::Diagnosis => "a list of diagnoses",
         }
     }

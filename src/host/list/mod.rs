@@ -6,6 +6,7 @@
 //! | `choice` | what can be chosen about a device, and what was chosen |
 //! | `given` | what was written, in whichever form |
 //! | `spec` | [`Spec`]: one specification for `a,k=v`, TOML and JSON |
+//! | `objects` | what moves the inputs of nodes |
 //! | `node_files` | nodes that a file describes |
 //! | `slaves` | how the devices on PROFIBUS are made |
 //! | `timed` | the diagnosis of a station on the time line |
@@ -19,6 +20,7 @@ mod given;
 pub(crate) mod inputs;
 pub mod named;
 mod node_files;
+pub(crate) mod objects;
 #[cfg(all(test, feature = "cli"))]
 mod schema;
 #[cfg(all(test, feature = "cli"))]
@@ -122,7 +124,7 @@ pub static DEVICES: &[Device] = &[
         name: "ag03-1",
         sheet: ag03::canopen::objects::SHEET,
         vocabulary: &ag03::canopen::VOCABULARY,
-        choices: &[GEAR, TWIN, QUIRKS],
+        choices: &[GEAR, TWIN, QUIRKS, OBJECTS],
         objects: &|choices| ag03::canopen::objects::objects(slaves::gear(choices)),
         quirks: || rows(ag03::canopen::QUIRKS),
         make: &|node, choices, memory, now| {
@@ -137,7 +139,7 @@ pub static DEVICES: &[Device] = &[
         name: "ap10",
         sheet: ap10::canopen::EDS,
         vocabulary: &ap10::canopen::VOCABULARY,
-        choices: &[TWIN, QUIRKS],
+        choices: &[TWIN, QUIRKS, OBJECTS],
         objects: &|_| ap10::canopen::OBJECTS,
         quirks: || rows(ap10::canopen::QUIRKS),
         make: &|node, choices, memory, _| {
@@ -158,6 +160,7 @@ pub static DEVICES: &[Device] = &[
             ),
             TWIN,
             QUIRKS,
+            OBJECTS,
         ],
         objects: &|choices| AsdaA2::objects(level(choices)),
         quirks: || rows(asda_a2::canopen::QUIRKS),
@@ -176,6 +179,7 @@ pub static DEVICES: &[Device] = &[
         choices: &[
             Choice { required: true, ..Choice::of("eds", Takes::File(&[]), "The EDS or DCF of the node.") },
             TWIN,
+            OBJECTS,
         ],
     }),
 ];
@@ -193,6 +197,8 @@ const GEAR: Choice = Choice {
 };
 
 const TWIN: Choice = Choice::of("twin", Takes::Flag, "Another node may have its number: a fault on purpose.");
+
+const OBJECTS: Choice = Choice::of("value", Takes::Objects, "How objects change that a master cannot write.");
 
 const QUIRKS: Choice = Choice::of(
     "quirks",

@@ -3,7 +3,6 @@
 use serde_json::{Map, Value, json};
 use utoipa::openapi::{RefOr, Schema};
 
-use super::inputs::OWN;
 use super::signals::{BEHAVIOUR, Holds, KINDS};
 use super::timed::{AREA, DIRECTIONS, KEYS, TIMES, WIDTHS};
 use super::{Choice, Group, Takes};
@@ -101,6 +100,31 @@ fn inputs() -> Value {
             "value": { "description": "The name of a value that the device tells of itself.", "type": "string" }
         }
     });
+    let own = [("slot", &slot), ("octet", &octet), ("type", &kind)];
+    signal(&own, &["slot", "type"], &value)
+}
+
+/// An object of a node with its signal.
+fn node_objects() -> Value {
+    let object = json!({
+        "description": "The object, as 6064h or 6401h:01, or another input of the node.", "type": "string", "minLength": 1
+    });
+    let value = json!({
+        "description": "A value elsewhere: an object of the node, STATION/VALUE, or a table.",
+        "type": ["string", "object"],
+        "additionalProperties": false,
+        "properties": {
+            "object": { "description": "An object of the same node.", "type": "string" },
+            "line": { "description": "The number of the line, from 1.", "type": "integer", "minimum": 1 },
+            "station": { "description": "The address on the line.", "type": "integer", "minimum": 0, "maximum": 127 },
+            "value": { "description": "The name of a value that the device tells of itself.", "type": "string" }
+        }
+    });
+    signal(&[("object", &object)], &["object"], &value)
+}
+
+/// What an input follows; `own` are its keys besides.
+fn signal(own: &[(&str, &Value)], required: &[&str], value: &Value) -> Value {
     let of_key = |holds: Holds| match holds {
         Holds::Number => json!({ "type": "number" }),
         Holds::Whole => json!({ "type": "integer", "minimum": 0 }),
@@ -114,7 +138,7 @@ fn inputs() -> Value {
     let names: std::vec::Vec<_> = KINDS.iter().map(|kind| kind.name).collect();
     let behaviour = json!({ "description": "What it follows.", "enum": names, "default": names.first() });
     let mut properties = Map::new();
-    for (key, schema) in [("slot", &slot), ("octet", &octet), ("type", &kind), (BEHAVIOUR, &behaviour)] {
+    for (key, schema) in own.iter().copied().chain([(BEHAVIOUR, &behaviour)]) {
         properties.insert(key.to_owned(), schema.clone());
     }
     for key in KINDS.iter().flat_map(|kind| kind.keys) {
@@ -124,9 +148,9 @@ fn inputs() -> Value {
     for (place, kind) in KINDS.iter().enumerate() {
         let is_needed = if place == 0 { json!([]) } else { json!([BEHAVIOUR]) };
         let keys = kind.keys.iter().map(|key| key.name);
-        let keys: std::vec::Vec<_> = OWN.iter().copied().chain([BEHAVIOUR]).chain(keys).collect();
-        let required = kind.keys.iter().filter(|key| key.required).map(|key| key.name);
-        let required: std::vec::Vec<_> = required.collect();
+        let keys: std::vec::Vec<_> = own.iter().map(|(key, _)| *key).chain([BEHAVIOUR]).chain(keys).collect();
+        let needed = kind.keys.iter().filter(|key| key.required).map(|key| key.name);
+        let needed: std::vec::Vec<_> = needed.collect();
         let single = match kind.keys.iter().find(|key| key.name == "of").map(|key| key.holds) {
             Some(Holds::Value) => json!({ "of": { "type": ["string", "object"] } }),
             Some(_) => json!({ "of": { "type": "array" } }),
@@ -135,7 +159,7 @@ fn inputs() -> Value {
         rules.push(json!({
             "if": { "properties": { BEHAVIOUR: { "const": kind.name } }, "required": is_needed },
             "then": {
-                "description": kind.about, "required": required, "propertyNames": { "enum": keys },
+                "description": kind.about, "required": needed, "propertyNames": { "enum": keys },
                 "properties": single
             }
         }));
@@ -161,7 +185,7 @@ fn inputs() -> Value {
         }));
     }
     json!({
-        "type": "object", "additionalProperties": false, "properties": properties, "required": ["slot", "type"],
+        "type": "object", "additionalProperties": false, "properties": properties, "required": required,
         "allOf": rules
     })
 }
@@ -239,6 +263,7 @@ impl Choice {
             Takes::Values => json!({ "type": "object", "additionalProperties": { "type": "number" } }),
             Takes::Diagnosis => json!({ "type": "array", "items": diagnosis() }),
             Takes::Inputs => json!({ "type": "array", "items": inputs() }),
+            Takes::Objects => json!({ "type": "array", "items": node_objects() }),
         };
         if let Some(schema) = schema.as_object_mut() {
             schema.insert("description".to_owned(), self.about.into());

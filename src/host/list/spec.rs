@@ -5,11 +5,13 @@ use std::path::Path;
 use thiserror::Error;
 
 use super::choice::{near, one_of, quirk_refusal};
-use super::{Choice, Choices, DEVICES, Device, Given, Prepared, Takes};
+use super::{Choice, Choices, DEVICES, Device, Given, Prepared, Takes, objects};
 use crate::can_bus::canopen::NodeId;
-use crate::host::can::Product;
+use crate::can_bus::canopen::node::storage::Eeprom;
+use crate::host::can::{NodeSignal, Product};
 use crate::host::eds_of_file;
 use crate::profibus::fdl::Address;
+use crate::time::Instant;
 
 /// By which option, table or route devices are given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -280,6 +282,23 @@ impl Spec {
         }
     }
 
+    /// What moves the inputs of the node.
+    ///
+    /// # Errors
+    /// [`Wrong`] says which key.
+    pub(crate) fn signals(&self) -> Result<Vec<NodeSignal>, Wrong> {
+        let (given, folder) = &self.choices.inputs;
+        let product = self.product()?;
+        match self.device.choices().iter().find(|choice| choice.takes == Takes::Objects) {
+            Some(choice) if !given.is_empty() => {
+                let mut device = product.make(self.node(), &self.choices, Eeprom::Internal, Instant::ZERO);
+                device.power_on(Instant::ZERO);
+                objects::signals(choice.key, given, folder, &*device)
+            }
+            Some(_) | None => Ok(Vec::new()),
+        }
+    }
+
     /// Reads keys and values. Paths of files begin in `folder`.
     ///
     /// # Errors
@@ -351,7 +370,7 @@ impl Spec {
                 }
             }
             (Takes::Diagnosis, Given::List(rows)) => self.choices.diagnoses.clone_from(rows),
-            (Takes::Inputs, Given::List(inputs)) => {
+            (Takes::Inputs | Takes::Objects, Given::List(inputs)) => {
                 self.choices.inputs = (inputs.clone(), folder.to_owned());
             }
             _ => {

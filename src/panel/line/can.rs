@@ -187,6 +187,9 @@ impl OnLine for NodeAccess<'_> {
             stored.set_rate(now, rate);
         }
         self.bus.add_faults_to(now, &mut stored);
+        for signal in spec.signals().map_err(|wrong| Problem::value(wrong.words))? {
+            stored.connect(now, signal);
+        }
         let number = stored.node_id().number();
         let seat = self.bus.add(now, Box::new(stored));
         self.nodes.push(Seated { seat, product });
