@@ -4,10 +4,10 @@ use core::fmt;
 
 use super::reported::InSlot;
 use super::{GsdStation, OutputsAre};
-use crate::face::description::Exchange;
+use crate::face::description::{Amount, Exchange, ExchangeEntry};
 use crate::face::surroundings::{Declined, Provocable};
 use crate::face::{Description, Surroundings};
-use crate::gsd::ModuleState;
+use crate::gsd::{ModuleState, PrmValue};
 use crate::time::Instant;
 
 impl OutputsAre {
@@ -63,7 +63,32 @@ impl Surroundings for GsdStation {
     }
 }
 
+/// A parameter of Set_Prm.
+#[derive(Debug)]
+pub(super) struct ShownPrm {
+    name: String,
+    place: String,
+    value: i64,
+    text: Option<String>,
+}
+
 impl GsdStation {
+    /// The parameters of the Set_Prm in force.
+    pub(super) fn shown_prm(&self) -> Vec<ShownPrm> {
+        let slave = self.slave();
+        let values = slave.application().prm_values(slave.configuration(), slave.user_prm());
+        let shown = |value: PrmValue<'_>| {
+            let slot = value.slot.map(|slot| format!("slot {slot}, ")).unwrap_or_default();
+            ShownPrm {
+                name: value.parameter.name.clone(),
+                place: format!("{slot}octet {}", value.octet),
+                value: value.value,
+                text: value.text.map(str::to_owned),
+            }
+        };
+        values.into_iter().map(shown).collect()
+    }
+
     /// The slot of a fault, and what is in it then.
     fn fault(&self, name: &str) -> Result<(u16, InSlot), Declined> {
         let named = InSlot::named(name).filter(|(slot, _)| {
@@ -116,5 +141,25 @@ impl Description for GsdStation {
                 tell(Exchange { key: &of_outputs, from_master: true, octets: outputs, forced, ..exchange });
             }
         }
+        if self.prm().is_empty() {
+            return;
+        }
+        let entries = |tell: &mut dyn FnMut(ExchangeEntry<'_>)| {
+            for ShownPrm { name, place, value, text } in self.prm() {
+                #[expect(clippy::cast_precision_loss, reason = "a parameter has 32 bits at most")]
+                let number = Amount::Number(*value as f64);
+                let amount = text.as_ref().map_or(number, |text| Amount::Text(text));
+                tell(ExchangeEntry { name, place, amount, unit: "" });
+            }
+        };
+        tell(Exchange {
+            key: &"set_prm",
+            name: &"User parameters (Set_Prm)",
+            from_master: true,
+            octets: self.slave().user_prm(),
+            forced: None,
+            details: None,
+            each_entry: &entries,
+        });
     }
 }

@@ -7,6 +7,7 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use super::fault::{Condition, Switch};
+use super::gsd_description::ShownPrm;
 use super::refusals::Refusals;
 use super::reported::{Reported, Timed};
 use super::state_dir::Images;
@@ -60,6 +61,8 @@ pub struct GsdStation {
     /// `output_updates` of the slave when the processes ran last.
     seen: Option<u32>,
     outputs_are: OutputsAre,
+    /// The parameters of the Set_Prm in force.
+    prm: Vec<ShownPrm>,
     reported: Reported,
     /// The slots whose module is not that of the configuration.
     unlike: BTreeMap<u16, ModuleState>,
@@ -103,6 +106,7 @@ impl GsdStation {
             signals: Vec::new(),
             seen: None,
             outputs_are: OutputsAre::Unowned,
+            prm: Vec::new(),
             reported: Reported::default(),
             unlike: BTreeMap::new(),
             live: [0xFF; MAX_IO_LEN],
@@ -210,6 +214,12 @@ impl GsdStation {
     /// The modules of the configuration in force, else of the one that Get_Cfg reports.
     pub fn layout(&self) -> &[Placed] {
         &self.layout
+    }
+
+    /// The parameters of the Set_Prm in force, by name and text.
+    pub(super) fn prm(&self) -> &[ShownPrm] {
+        let is_in_force = self.slave().state() == dp::State::DataExch;
+        if is_in_force { &self.prm } else { &[] }
     }
 
     /// Why the outputs are what they are.
@@ -430,6 +440,7 @@ impl GsdStation {
                 self.outputs_are = OutputsAre::Live;
                 self.lay_out(true);
                 self.tell_open();
+                self.prm = self.shown_prm();
                 let slave = self.slave();
                 for remark in slave.application().remarks(slave.configuration(), slave.user_prm()) {
                     tracing::warn!("station {}: {remark}", self.station.address());

@@ -3,9 +3,11 @@
 use core::time::Duration;
 
 use profidrive::devices::ag03::profibus::MAX_TELEGRAM_LEN;
+use profidrive::face::description::Amount;
 use profidrive::gsd::{Gsd, ModuleState, Policy, Raised, Station, Status};
 use profidrive::host::{Bus, GsdStation, OutputsAre, Refusals, ValueBoard};
 use profidrive::process::{Elsewhere, Image, Input, Origin, Point, Process, Signal, Source, ValueType, What};
+use profidrive::profibus::dp::Application;
 use profidrive::profibus::fdl::Address;
 use profidrive::time::{BaudRate, Instant};
 
@@ -299,4 +301,38 @@ fn a_master_that_expects_other_modules_is_told_which_are_wrong_or_missing() {
             assert_eq!(diagnosis[8..], [0x42, 0x06, 0x05, 0x82, 0x00, 0x00, 0x38], "{diagnosis:02X?}");
         }
     }
+}
+
+#[test]
+fn the_user_parameters_in_force_are_described_by_name_and_text() {
+    let file = include_str!("../gsd/extended_prm.gsd").replace("0x0A05", "0x0A08");
+    let station = Station::new(Gsd::read(file.as_bytes()).unwrap(), Policy::PROPOSED).unwrap();
+    let configuration = station.configuration(None).to_vec();
+    let user_prm = station.gsd().default_user_prm(&[]);
+    let address = Address::station(7).unwrap();
+    let mut rig = Rig::new([GsdStation::new(address, BaudRate::K500, station, Refusals::default())]);
+    let shown = |rig: &Rig| {
+        let mut shown = Vec::new();
+        rig.bus.description(address).unwrap().each_exchange(&mut |exchange| {
+            if exchange.key.to_string() == "set_prm" {
+                (exchange.each_entry)(&mut |entry| {
+                    let amount = match entry.amount {
+                        Amount::Text(text) => text.to_string(),
+                        amount => amount.number().unwrap().to_string(),
+                    };
+                    shown.push(format!("{} ({}) = {amount}", entry.name, entry.place));
+                });
+            }
+        });
+        shown
+    };
+    assert!(shown(&rig).is_empty());
+    let prm = [&[0x88 | 0x20, 10, 10, 11, 0x0A, 0x08, 0][..], &user_prm].concat();
+    rig.telegram(7, 0x6D, Some(61), &prm);
+    rig.toggles[7] = false;
+    rig.request(7, Some(62), &configuration);
+    rig.request(7, None, &[]);
+    let shown = shown(&rig);
+    assert!(shown.contains(&"Diagnosis (octet 1) = on".to_owned()), "{shown:?}");
+    assert!(shown.contains(&"Range (octet 1) = 5".to_owned()), "{shown:?}");
 }
