@@ -27,6 +27,10 @@ use memory::Memory;
 pub struct FromEds {
     dictionary: &'static Dictionary,
     node: NodeId,
+    /// From the next reset on.
+    next: NodeId,
+    /// After power-on.
+    kept: NodeId,
     memory: Memory,
 }
 
@@ -34,6 +38,10 @@ impl FromEds {
     /// The device on its node, switched off.
     pub fn on_node(dictionary: &'static Dictionary, node: NodeId, memory: Eeprom) -> PlainNode<Self> {
         let values = Memory::new(dictionary, node);
-        PlainNode::new(dictionary.policy(), memory, Self { dictionary, node, memory: values })
+        PlainNode::new(
+            dictionary.policy(),
+            memory,
+            Self { dictionary, node, next: node, kept: node, memory: values },
+        )
     }
 }

@@ -612,6 +612,65 @@ fn eds_50_without_1010h_nothing_is_kept() {
     assert_eq!((rig.number(0x2000, 0), rig.number(0x1017, 0)), (1, 0));
 }
 
+/// What a node answers on 7E4h.
+fn lss(rig: &mut Rig, command: u8, octets: [u8; 4]) -> Vec<String> {
+    let [a, b, c, d] = octets;
+    rig.data(0x7E5, &[command, a, b, c, d, 0, 0, 0])
+}
+
+#[test]
+fn eds_52_a_master_finds_the_node_by_its_identity_and_gives_it_a_number() {
+    let word = |number: u32| number.to_le_bytes();
+    let mut rig = Rig::file("pump.eds");
+    rig.write(0x1017, 0, &[0, 0]).unwrap();
+    assert_eq!(lss(&mut rig, 0x5E, [0; 4]), [""; 0], "it is not in the configuration state");
+    // Any serial number up to 5.
+    for (command, number) in [(0x46, 0x195), (0x47, 7), (0x48, 0), (0x49, 0xFFFF_FFFF), (0x4A, 0)] {
+        assert_eq!(lss(&mut rig, command, word(number)), [""; 0]);
+    }
+    let identity = [(0x40, 0x195), (0x41, 7), (0x42, 0x0001_0002)];
+    for wrong in 0..4 {
+        for (place, (command, number)) in identity.into_iter().chain([(0x43, 0)]).enumerate() {
+            let number = if place == wrong { number + 1 } else { number };
+            assert_eq!(lss(&mut rig, command, word(number)), [""; 0], "part {wrong} is of another node");
+        }
+    }
+    for (command, number) in identity {
+        assert_eq!(lss(&mut rig, command, word(number)), [""; 0]);
+    }
+    assert_eq!(lss(&mut rig, 0x43, word(0)), ["7E4#4400000000000000"]);
+    assert_eq!(lss(&mut rig, 0x5A, [0; 4]), ["7E4#5A95010000000000"]);
+    assert_eq!(lss(&mut rig, 0x5C, [0; 4]), ["7E4#5C02000100000000"]);
+    assert_eq!(lss(&mut rig, 0x5E, [0; 4]), ["7E4#5E05000000000000"]);
+    assert_eq!(lss(&mut rig, 0x13, [0, 2, 0, 0]), ["7E4#1300000000000000"], "500 kbit/s");
+    assert_eq!(lss(&mut rig, 0x13, [0, 1, 0, 0]), ["7E4#1301000000000000"], "800 kbit/s are not in the file");
+    assert_eq!(lss(&mut rig, 0x11, [128, 0, 0, 0]), ["7E4#1101000000000000"]);
+    assert_eq!(lss(&mut rig, 0x11, [9, 0, 0, 0]), ["7E4#1100000000000000"]);
+    assert_eq!(lss(&mut rig, 0x17, [0; 4]), ["7E4#1700000000000000"]);
+    assert_eq!(rig.data(0, &[0x82, NODE]), ["709#00"], "from the reset on");
+    assert_eq!(rig.device.node().node_id().number(), 9);
+    let rig = rig.again();
+    assert_eq!(rig.device.node().node_id().number(), 9, "it is kept");
+    let mut rig = Rig::file("servo.dcf");
+    assert_eq!(lss(&mut rig, 0x04, [1, 0, 0, 0]), [""; 0]);
+    assert_eq!(lss(&mut rig, 0x5E, [0; 4]), [""; 0], "LSS_Supported is 0");
+}
+
+#[test]
+fn eds_52_the_number_that_is_not_kept_is_gone_with_the_power() {
+    let mut rig = Rig::file("pump.eds");
+    lss(&mut rig, 0x04, [1, 0, 0, 0]);
+    assert_eq!(lss(&mut rig, 0x11, [9, 0, 0, 0]), ["7E4#1100000000000000"]);
+    // All of the identity, any serial number.
+    let parts = [(0x46, 0x195_u32), (0x47, 7), (0x48, 0), (0x49, 0xFFFF_FFFF), (0x4A, 0)];
+    for (command, number) in parts {
+        assert_eq!(lss(&mut rig, command, number.to_le_bytes()), [""; 0]);
+    }
+    assert_eq!(lss(&mut rig, 0x4B, [5, 0, 0, 0]), ["7E4#4F00000000000000"]);
+    assert_eq!(rig.data(0, &[0x81, NODE]), ["709#00"]);
+    assert_eq!(rig.again().device.node().node_id().number(), 5);
+}
+
 /// Each object answers as its file says: its default in the octets of its type, its rights, nothing beside it.
 fn answers_as_its_file(name: &str, dictionary: &'static Dictionary) {
     let mut rig = Rig::of(dictionary);

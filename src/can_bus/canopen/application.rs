@@ -101,6 +101,20 @@ pub trait Application {
         let _ = (pdo, octets);
     }
 
+    /// The rates that a master may choose by LSS, by their number in the table of CiA 305; `None`: the node has no LSS.
+    fn lss_rates(&self) -> Option<[bool; 9]> {
+        None
+    }
+
+    /// A master gave the node another number by LSS, which acts with the next reset. Whether it is taken.
+    fn change_node_id(&mut self, node: NodeId) -> bool {
+        let _ = node;
+        false
+    }
+
+    /// That number is kept over power-off.
+    fn keep_node_id(&mut self) {}
+
     /// The name of the product, as `ap10`: it goes into every image, and an image of another product is refused.
     fn product(&self) -> &str {
         "node"

@@ -28,6 +28,11 @@ pub(crate) const SDO_CLIENT: u16 = 0x600;
 /// Boot-up, heartbeat, guarding, plus the node number.
 pub(crate) const ERROR_CONTROL: u16 = 0x700;
 
+/// Answers of LSS.
+pub(crate) const LSS_SLAVE: u16 = 0x7E4;
+/// Requests of LSS.
+pub(crate) const LSS_MASTER: u16 = 0x7E5;
+
 /// The identifier `service` of node `node`.
 pub(crate) const fn of_node(service: u16, node: NodeId) -> Id {
     // Services end at 700h, nodes at 127: always 11 bits.

@@ -3,6 +3,7 @@
 use super::FromEds;
 use super::dictionary::{FIRST_OWN, Row};
 use crate::can_bus::canopen::address::Sub;
+use crate::can_bus::canopen::application::MAX_BESIDE;
 use crate::can_bus::canopen::dictionary::Object;
 use crate::can_bus::canopen::{
     Abort, Address, Application, NodeId, Notice, Part, Reset, Source, Value, Written,
@@ -58,6 +59,13 @@ impl Application for FromEds {
     }
 
     fn notice(&mut self, _: Instant, notice: Notice) {
+        if let Notice::Reset(reset) = notice {
+            if reset == Reset::PowerOn {
+                self.next = self.kept;
+            }
+            self.node = self.next;
+            self.memory.at_node(self.node);
+        }
         match notice {
             // What is set from outside stays as it is.
             Notice::Reset(Reset::PowerOn | Reset::Node) => {
@@ -88,6 +96,38 @@ impl Application for FromEds {
     fn load_defaults(&mut self, _: Instant, group: Sub) -> Result<Written, Abort> {
         self.memory.forget(self.dictionary, group);
         Ok(Written::Done)
+    }
+
+    fn lss_rates(&self) -> Option<[bool; 9]> {
+        // 750 and 100 kbit/s are not in the table, 5 is reserved.
+        const RATES: [u16; 9] = [1000, 800, 500, 250, 125, 0, 50, 20, 10];
+        let device = &self.dictionary.eds.device;
+        device.lss.then(|| RATES.map(|rate| device.kilobits.contains(&rate)))
+    }
+
+    fn change_node_id(&mut self, node: NodeId) -> bool {
+        self.next = node;
+        true
+    }
+
+    fn keep_node_id(&mut self) {
+        self.kept = self.next;
+    }
+
+    fn kept_beside(&self, into: &mut [u8; MAX_BESIDE]) -> usize {
+        match (self.dictionary.eds.device.lss, into) {
+            (true, [number, ..]) => *number = self.kept.number(),
+            (false, _) => return 0,
+        }
+        1
+    }
+
+    fn recall_beside(&mut self, octets: &[u8]) {
+        if let ([number], true) = (octets, self.dictionary.eds.device.lss)
+            && let Ok(node) = NodeId::new(*number)
+        {
+            self.kept = node;
+        }
     }
 
     fn product(&self) -> &str {

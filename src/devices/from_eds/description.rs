@@ -44,6 +44,14 @@ impl Surroundings for FromEds {
             .map(|value| value.with_octets(|octets| self.memory.set(place, row, octets)));
     }
 
+    fn nominal(&self, name: &str) -> Option<Level> {
+        let (_, row, _) = inputs(self.dictionary).find(|(_, _, input)| input.name == name)?;
+        let octets = row.file.octets(self.node);
+        let number = row.table.data.decode(&octets).and_then(as_f64)?;
+        let is_switch = row.table.data == DataType::Boolean;
+        Some(if is_switch { Level::Switch(number != 0.0) } else { Level::Number(number) })
+    }
+
     fn make_nominal(&mut self, _: Instant) {
         for (place, row, _) in inputs(self.dictionary) {
             self.memory.make_default(place, row);

@@ -106,6 +106,11 @@ impl Memory {
         }
     }
 
+    /// The node has this number from now on: `$NODEID` in a default.
+    pub(super) const fn at_node(&mut self, node: NodeId) {
+        self.node = node;
+    }
+
     pub(super) fn make_default(&mut self, place: usize, row: &Row) {
         self.long.remove(&place);
         if row.table.data.octets().is_some()

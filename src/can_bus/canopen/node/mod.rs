@@ -12,6 +12,7 @@
 //! | `rpdo`, `tpdo`, `sync` | process data, and what a SYNC does |
 //! | `errors` | emergencies, error register, history |
 //! | `guarding`, `heartbeat` | error control |
+//! | `lss` | another number by identity |
 
 use heapless::Deque;
 
@@ -32,6 +33,7 @@ mod access;
 mod errors;
 mod guarding;
 mod heartbeat;
+mod lss;
 mod rpdo;
 mod sdo_block;
 mod sdo_server;
@@ -43,6 +45,7 @@ mod tpdo;
 use errors::Errors;
 use guarding::Guarding;
 use heartbeat::Consumer;
+use lss::Lss;
 use rpdo::Rpdo;
 use sdo_server::Server;
 use storage::{Eeprom, Storage};
@@ -97,6 +100,7 @@ pub struct Node {
     guarding: Guarding,
     heartbeat_due: Option<Instant>,
     consumers: [Consumer; MAX_CONSUMERS],
+    lss: Lss,
     sync_window_ends: Option<Instant>,
     /// When the node sends the next SYNC.
     sync_due: Option<Instant>,
@@ -129,6 +133,7 @@ impl Node {
             guarding: Guarding::FRESH,
             heartbeat_due: None,
             consumers: [Consumer::Waiting; MAX_CONSUMERS],
+            lss: Lss::NONE,
             sync_window_ends: None,
             sync_due: None,
             syncs_sent: 0,
@@ -216,6 +221,10 @@ impl Node {
                     return true;
                 }
                 (cob_id::NMT, false) => return false,
+                (cob_id::LSS_MASTER, true) => {
+                    self.lss_request(frame, app);
+                    return true;
+                }
                 (id, data) if id == cob_id::SDO_CLIENT + own => {
                     if data && state.serves_sdo() {
                         self.sdo_request(now, frame, app);
@@ -363,6 +372,7 @@ impl Node {
         self.values = self.values_after_reset();
         self.measure();
         self.errors.restart();
+        self.lss = Lss::NONE;
         match reset {
             Reset::PowerOn | Reset::Node if !self.history_stored => self.errors.clear_history(),
             Reset::PowerOn | Reset::Node | Reset::Communication => {}
