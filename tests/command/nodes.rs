@@ -260,8 +260,9 @@ fn a_plant_that_moves_all_the_time_leaves_the_log_small_and_its_faults_in_it() {
         while master.sdo(5, "4041600000000000").as_bytes()[10] & 4 != 0 {}
         master.send("t20520F00");
     }
-    // Longer than a frame with 29 bits is.
+    // Too short, which is told.
     master.send("t205100");
+    master.sdo(5, "4000100000000000");
     emulator.signal("TERM");
     let (_, _, log) = emulator.end();
     assert!(log.contains("more lines about motion; -v logs each of them"), "{log}");
@@ -330,6 +331,25 @@ fn the_rate_of_the_command_line_is_one_of_the_nodes_and_theirs() {
     let emulator = Emulator::start(&["--node", "5", "--baud", "100000", "--link", "slcan-tcp:127.0.0.1:0"]);
     let mut master = Master::open(adapter(&emulator));
     assert_eq!(master.sdo(5, "4000210000000000"), "4F00210006000000", "2100h = 100 kbit/s");
+    drop(emulator);
+    // Kept: at the next start it is silent at 500 kbit/s, and with --baud it has this rate again.
+    let folder = tempfile::tempdir().unwrap();
+    let start = |more: &[&str]| {
+        let state = ["--state-dir", folder.path().to_str().unwrap(), "--link", "slcan-tcp:127.0.0.1:0"];
+        Emulator::start(&[&["--node", "5"][..], &state, more].concat())
+    };
+    let emulator = start(&[]);
+    let mut master = Master::open(adapter(&emulator));
+    assert_eq!(master.sdo(5, "2F00210007000000"), "6000210000000000", "2100h = 125 kbit/s");
+    drop((master, emulator));
+    let emulator = start(&[]);
+    emulator.signal("TERM");
+    let (_, _, log) = emulator.end();
+    assert!(log.contains("its rate is 125000 bit/s and that of the bus 500000 bit/s"), "{log}");
+    let emulator = start(&["--baud", "250000"]);
+    let mut master = Master::open(adapter(&emulator));
+    assert_eq!(master.sdo(5, "4000210000000000"), "4F00210009000000", "2100h = 250 kbit/s");
+    drop((master, emulator));
     refused(
         &["emulate", "--node", "5", "--baud", "800000"],
         "the CAN bus of an ag03-1 has another rate; expected --baud with one of 15625, 20000, 25000, 40000, 50000, 62500, \

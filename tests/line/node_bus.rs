@@ -183,3 +183,18 @@ fn fc_8_a_device_of_the_factory_has_the_rate_of_the_command_line_if_one_is_given
     }
     assert!(Rig::new("ap10", BitRate::K250).is_there(), "it finds the rate");
 }
+
+#[test]
+fn fc_8_a_rate_that_is_not_saved_is_in_force_after_a_reset_of_the_communication_only() {
+    for (product, index, sub, code, len) in RATES {
+        let mut rig = Rig::new(product, BitRate::K500);
+        assert!(rig.write(index, sub, code, len), "{product}");
+        rig.send(0x000, &[0x82, 5]);
+        assert!(!rig.is_there(), "{product}");
+        // An AG03/1 keeps what is written.
+        let mut rig = Rig::new(product, BitRate::K500);
+        assert!(rig.write(index, sub, code, len), "{product}");
+        rig.reset();
+        assert_eq!(rig.is_there(), product != "ag03-1", "{product}");
+    }
+}

@@ -418,7 +418,8 @@ ID is 1 to 127. An slcan adapter passes no frames before the master opens it (co
 then: read their state, or reset them (NMT 81h).
 On a serial line each drive listens for up to 2 s before it answers; if another station has its address, it stays silent.
 SIGUSR1 logs the counters (telegrams, retries, refusals, reply times), and for each drive what keeps it from moving.
-RATE is 9600, 19200, 93750, 187500, 500000, 1500000, 3000000, 6000000 or 12000000.
+RATE is 9600, 19200, 93750, 187500, 500000, 1500000, 3000000, 6000000 or 12000000;
+on a CAN bus one that each node has, as 125000.
 
 Faults, and what they count:
   replies         no-reply, late=TIME, duplicate, truncated, bit-errors[=N], wrong-fcs, wrong-length,

@@ -409,7 +409,11 @@ impl Application for Unit {
                 // What the battery kept is wrong from the beginning.
                 self.ask(Request::ErrorRegister(self.register()));
             }
-            Notice::Reset(Reset::Communication) => self.indicator.offer_id(None),
+            // As the node number: that which was written last.
+            Notice::Reset(Reset::Communication) => {
+                self.indicator.offer_id(None);
+                self.rate_in_force = self.indicator.settings().value(Setting::BaudRate);
+            }
             Notice::Nmt { to, .. } => {
                 self.operational = to == NmtState::Operational;
                 self.expect(now);

@@ -203,9 +203,10 @@ impl Application for Drive {
 
     fn notice(&mut self, now: Instant, notice: Notice) {
         self.servo.advance(now);
-        if let Notice::Reset(Reset::PowerOn | Reset::Node) = notice {
-            let keeps = self.servo.kept();
-            self.rate_in_force = keeps.digit(Setting::Rates, Digit::Z);
+        if let Notice::Reset(reset) = notice {
+            // As the node number: after a reset of the communication that which was written last.
+            let from = if reset == Reset::Communication { self.servo.settings() } else { self.servo.kept() };
+            self.rate_in_force = from.digit(Setting::Rates, Digit::Z);
         }
         match notice {
             Notice::Reset(Reset::PowerOn) => self.servo.power_on(),
