@@ -8,6 +8,7 @@ use crate::can_bus::canopen::pdo::mapping::MappingWord;
 use crate::can_bus::canopen::{Address, dictionary};
 use crate::devices::{CanopenDevice, Vocabulary};
 use crate::face::description::{Amount, ExchangeEntry};
+use crate::host::can::number;
 
 /// The control word and the status word.
 pub(super) fn words<'a>(
@@ -61,11 +62,10 @@ fn pdo(device: &dyn CanopenDevice, (name, place): (&str, u16), index: u16) -> Op
     })
 }
 
-#[expect(clippy::cast_precision_loss, reason = "no entry of a PDO has more than 32 bits")]
 fn entry(device: &dyn CanopenDevice, mapped: Address) -> Option<Entry> {
     let word = MappingWord::decode(u32::try_from(whole(device, mapped)?).ok()?);
     let name = dictionary::entry(device.application().objects(), word.at).map_or("dummy", |entry| entry.name);
-    let amount = Amount::from(whole(device, word.at).map(|number| number as f64));
+    let amount = Amount::from(number(device, word.at));
     Some(Entry::of(&ExchangeEntry { name, place: &word.at, amount, unit: "" }))
 }
 

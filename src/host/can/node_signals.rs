@@ -56,7 +56,7 @@ impl NodeSignal {
             return;
         }
         let read = |origin: &NodeOrigin| match origin {
-            NodeOrigin::Object(at) => object(device, *at),
+            NodeOrigin::Object(at) => number(device, *at),
             NodeOrigin::Elsewhere(elsewhere) => board?.value(elsewhere),
         };
         let (value, next) = self.signal.value(now, &read);
@@ -99,8 +99,8 @@ impl StoredNode {
 }
 
 /// A number of the dictionary; `None`: there is none, or the device is off.
-#[expect(clippy::cast_precision_loss, reason = "what follows a number of 64 bits follows its 53 highest")]
-fn object(device: &dyn CanopenDevice, at: Address) -> Option<f64> {
+#[expect(clippy::cast_precision_loss, reason = "of a number of 64 bits the 53 highest count")]
+pub(crate) fn number(device: &dyn CanopenDevice, at: Address) -> Option<f64> {
     let app = device.application();
     let entry = dictionary::entry(app.objects(), at).ok()?;
     let read = device.node().read_with(at, app, |octets| {

@@ -5,6 +5,8 @@ use std::sync::{Mutex, PoisonError};
 
 use super::{Choice, Choices, Wrong};
 use crate::can_bus::canopen::eds::Sheet;
+use crate::can_bus::canopen::parameter::MAX_CONSUMERS;
+use crate::can_bus::canopen::pdo::MAX_PDOS;
 use crate::device_file::Level;
 use crate::devices::CanopenDevice;
 use crate::devices::from_eds::{Dictionary, FromEds};
@@ -44,6 +46,9 @@ impl NodeFile {
         read_domains(&mut eds, file)?;
         for added in eds.complete() {
             tracing::info!("{}: {added}", file.display());
+        }
+        for plain in without_service(&eds) {
+            tracing::info!("{}: {plain}", file.display());
         }
         let cost = cost(&eds, octets.len());
         if shelf.cost.saturating_add(cost) > MOST_HELD {
@@ -98,6 +103,26 @@ const MOST_HELD: usize = 256 << 20;
 /// Octets of the tables of one entry, about.
 const OF_ENTRY: usize = 512;
 
+/// What is more than a node has: it can be read and written, and does nothing.
+fn without_service(eds: &Eds) -> Vec<String> {
+    let most = u16::try_from(MAX_PDOS).unwrap_or(u16::MAX);
+    let mut all = Vec::new();
+    for (name, first) in [("RPDOs", 0x1400), ("TPDOs", 0x1800)] {
+        let count = eds.objects.range(first + most..first + 0x200).count();
+        if count > 0 {
+            all.push(format!(
+                "{count} {name} from {:04X}h on are values only: a node has {most}",
+                first + most
+            ));
+        }
+    }
+    let consumers = eds.objects.get(&0x1016).map_or(0, |object| object.entries.range(1..).count());
+    if consumers > MAX_CONSUMERS {
+        all.push(format!("1016h has {consumers} entries: the first {MAX_CONSUMERS} supervise a node"));
+    }
+    all
+}
+
 fn cost(eds: &Eds, file: usize) -> usize {
     let entries = eds.objects.values().flat_map(|object| object.entries.values());
     entries.fold(2 * file, |cost, entry| match &entry.content {
@@ -115,4 +140,35 @@ fn read_domains(eds: &mut Eds, file: &Path) -> Result<(), String> {
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NODE: NodeFile = NodeFile { name: "eds-node", choices: &[] };
+
+    #[test]
+    fn the_tables_of_a_file_are_held_once() {
+        let file = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/eds/pump.eds"));
+        let (one, other) = (NODE.held(file).unwrap(), NODE.held(file).unwrap());
+        assert!(core::ptr::eq(one, other));
+        assert_eq!((one.sheet.product_name, one.sheet.kilobits), ("Pump", &[125, 250, 500, 1000][..]));
+    }
+
+    #[test]
+    fn what_is_more_than_a_node_has_is_said() {
+        let eds = Eds::read(
+            b"[1407]\nDataType=7\n[1408]\nDataType=7\n[19FF]\nDataType=7\n[1016]\nDataType=7\nCompactSubObj=9\n",
+        )
+        .unwrap();
+        assert_eq!(
+            without_service(&eds),
+            [
+                "1 RPDOs from 1408h on are values only: a node has 8",
+                "1 TPDOs from 1808h on are values only: a node has 8",
+                "1016h has 9 entries: the first 8 supervise a node"
+            ]
+        );
+    }
 }
