@@ -90,7 +90,8 @@ pub use value_board::ValueBoard;
 ///
 /// No call but [`Link::wait`] blocks. An error is the end of the link (the device is gone, say), not a lost telegram.
 pub trait Link {
-    /// What has arrived, without waiting. Call it until it says [`Received::Nothing`].
+    /// What has arrived, without waiting. Call it until it says [`Received::Nothing`]. What comes right after a
+    /// [`Link::wait`] may be said after the next one only.
     ///
     /// # Errors
     /// The link no longer works.

@@ -1,5 +1,6 @@
 //! How a run loop is told to end.
 
+use core::sync::atomic::{AtomicBool, Ordering};
 use std::io::{self, Read, Write};
 use std::sync::Arc;
 
@@ -15,7 +16,8 @@ use std::os::windows::io::{AsSocket, BorrowedSocket};
 /// Asks [`super::run()`] to end, from a signal handler, another thread or a test. Clones are the same request.
 ///
 /// This is a socket pair: a request makes one end readable for good, so a link can sleep in `poll` on its own
-/// descriptor and on this one, and no request can fall between a look and the sleep after it.
+/// descriptor and on this one, and no request can fall between a look and the sleep after it. A flag says the same to who
+/// only looks, without a system call; it is set before the socket wakes anybody.
 #[derive(Clone, Debug)]
 pub struct Stop {
     inner: Arc<Inner>,
@@ -23,6 +25,7 @@ pub struct Stop {
 
 #[derive(Debug)]
 struct Inner {
+    requested: Arc<AtomicBool>,
     readable_when_requested: Socket,
     waker: Socket,
 }
@@ -35,42 +38,38 @@ impl Stop {
     pub fn new() -> io::Result<Self> {
         let (readable_when_requested, waker) = pair()?;
         waker.set_nonblocking(true)?;
-        Ok(Self { inner: Arc::new(Inner { readable_when_requested, waker }) })
+        readable_when_requested.set_nonblocking(true)?;
+        Ok(Self { inner: Arc::new(Inner { requested: Arc::default(), readable_when_requested, waker }) })
     }
 
     /// Requests the end. Asking twice changes nothing.
     pub fn request(&self) {
+        self.inner.requested.store(true, Ordering::SeqCst);
         // A full socket means that the request was made long ago.
         let _ = (&self.inner.waker).write(&[1]);
     }
 
     /// Whether the end was requested.
     pub fn is_requested(&self) -> bool {
-        use rustix::event::{PollFd, PollFlags, Timespec, poll};
-
-        let mut fds = [PollFd::new(&self.inner.readable_when_requested, PollFlags::IN)];
-        let at_once = Timespec { tv_sec: 0, tv_nsec: 0 };
-        matches!(poll(&mut fds, Some(&at_once)), Ok(ready) if ready > 0)
+        self.inner.requested.load(Ordering::SeqCst)
     }
 
     /// Takes the request back, for a loop that goes on. A request that is made at the same time may go with it.
     pub fn clear(&self) {
+        // First, so that no request leaves an octet without its flag: a loop would neither end nor sleep.
+        self.inner.requested.store(false, Ordering::SeqCst);
         let mut octets = [0; 64];
-        while self.is_requested() {
-            // The socket was readable just now and nobody else reads it: this does not block.
-            if (&self.inner.readable_when_requested).read(&mut octets).is_err() {
-                return;
-            }
-        }
+        while matches!((&self.inner.readable_when_requested).read(&mut octets), Ok(count) if count > 0) {}
     }
 
-    /// A stream whose every written octet is a request, for `signal_hook::low_level::pipe::register`.
+    /// What makes a request: a flag to set, then a stream to write an octet to. For `signal_hook::flag::register` and
+    /// `signal_hook::low_level::pipe::register`, in this order.
     ///
     /// # Errors
     /// The process has no file descriptors left.
     #[cfg(unix)]
-    pub(crate) fn waker(&self) -> io::Result<Socket> {
-        self.inner.waker.try_clone()
+    pub(crate) fn waker(&self) -> io::Result<(Arc<AtomicBool>, Socket)> {
+        Ok((Arc::clone(&self.inner.requested), self.inner.waker.try_clone()?))
     }
 }
 
@@ -131,9 +130,18 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn an_octet_from_a_signal_handler_is_a_request() {
+    fn what_a_signal_handler_does_is_a_request() {
+        use rustix::event::{PollFd, PollFlags, poll};
+
         let stop = Stop::new().unwrap();
-        stop.waker().unwrap().write_all(b"X").unwrap();
-        assert!(stop.is_requested());
+        let (flag, mut stream) = stop.waker().unwrap();
+        for _ in 0..2 {
+            flag.store(true, Ordering::SeqCst);
+            stream.write_all(b"X").unwrap();
+            assert!(stop.is_requested());
+            assert_eq!(poll(&mut [PollFd::new(&stop, PollFlags::IN)], None), Ok(1), "it ends a sleep");
+            stop.clear();
+            assert!(!stop.is_requested());
+        }
     }
 }

@@ -244,6 +244,9 @@ fn a_reply_to_a_master_that_left_is_not_sent_to_the_next() {
     hears(&mut pty, &[1]);
     drop(first);
     let mut second = Master::open(pty.path());
+    // A reply at once is that of a turn that began before.
+    let opened = Instant::now();
+    while opened.elapsed() < Duration::from_millis(1) {}
     pty.send(&[0xE5]).unwrap();
     assert_eq!(pty.lost(), 1);
     assert_eq!(pty.receive(&mut [0; 8]).unwrap(), Received::Reset);
@@ -354,6 +357,7 @@ fn an_idle_line_sleeps_and_an_open_a_write_and_a_stop_wake_it() {
             hears(&mut pty, &[1]);
             drop(writer.join().unwrap());
         });
+        pty.wait(None, &stop).unwrap();
         assert_eq!(pty.receive(&mut [0; 8]).unwrap(), Received::Reset);
         assert_eq!(pty.receive(&mut [0; 8]).unwrap(), Received::Nothing);
     }
@@ -465,6 +469,7 @@ mod serial {
         assert_eq!(serial.lost(), 0);
         assert!(Serial::open(&device, BaudRate::K93_75).is_err(), "somebody has it");
         drop(serial);
+        adapter.wait(None, &stop).unwrap();
         assert_eq!(adapter.receive(&mut [0; 8]).unwrap(), Received::Reset);
         Serial::open(&device, BaudRate::K500).unwrap();
     }

@@ -1,5 +1,6 @@
 //! Signals.
 
+use core::ffi::c_int;
 use std::io;
 use std::sync::Arc;
 
@@ -16,15 +17,19 @@ pub(super) fn register(signals: &Signals) -> io::Result<()> {
     for (signal, wish) in asked.filter(|(signal, _)| *signal != SIGHUP || !hangup_is_ignored()) {
         // Before what ends the run, so that it is seen then.
         flag::register(signal, Arc::clone(wish))?;
-        pipe::register(signal, signals.stop.waker()?)?;
+        stops(signal, &signals.stop)?;
     }
     Ok(())
 }
 
 pub(super) fn stop_at_end(stop: &Stop) -> io::Result<()> {
-    for signal in [SIGINT, SIGTERM, SIGHUP, SIGQUIT] {
-        pipe::register(signal, stop.waker()?)?;
-    }
+    [SIGINT, SIGTERM, SIGHUP, SIGQUIT].into_iter().try_for_each(|signal| stops(signal, stop))
+}
+
+fn stops(signal: c_int, stop: &Stop) -> io::Result<()> {
+    let (flag, stream) = stop.waker()?;
+    flag::register(signal, flag)?;
+    pipe::register(signal, stream)?;
     Ok(())
 }
 

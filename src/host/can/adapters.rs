@@ -9,6 +9,7 @@ use rustix::event::{PollFd, PollFlags};
 
 use super::Bus;
 use super::line::News;
+use crate::host::link::{Look, Sleep};
 use crate::host::reach::{ListenError, Reach, listen};
 use crate::host::{Error, Stop};
 use crate::time::Instant;
@@ -18,6 +19,9 @@ mod stream;
 
 use adapter::Adapter;
 use stream::Stream;
+
+/// A loop asks twice in a turn: for what has come, and whether that was all.
+const IN_TURN: u8 = 2;
 
 /// How many connections there can be at a time.
 const MAX_ADAPTERS: usize = 32;
@@ -35,6 +39,7 @@ pub(super) struct Adapters {
 
 struct Port {
     listener: TcpListener,
+    knocks: Look,
     /// No connection is accepted until then.
     pause: Option<Instant>,
 }
@@ -48,7 +53,7 @@ impl Adapters {
     ) -> Result<Self, Error> {
         let pty = crate::host::link::pty::Pty::open_replacing(path.map(|path| &**path))?;
         let name = pty.path().display().to_string();
-        let adapter = Adapter::new(Stream::Pty(pty), name.clone(), bus, now);
+        let adapter = Adapter::new(Stream::Pty(Box::new(pty)), name.clone(), bus, now);
         Ok(Self { port: None, name, adapters: Vec::from([adapter]) })
     }
 
@@ -58,7 +63,7 @@ impl Adapters {
             ListenError::Failed(source) => Error::Tcp { place: place.into(), source },
             ListenError::TooFar(address) => Error::TcpReach { place: place.into(), address },
         })?;
-        let port = Some(Port { listener, pause: None });
+        let port = Some(Port { listener, knocks: Look::new(IN_TURN), pause: None });
         Ok(Self { port, name: format!("slcan-tcp:{address}"), adapters: Vec::new() })
     }
 
@@ -107,14 +112,14 @@ impl Adapters {
         let until = Instant::first_of(bus.poll_timeout(), pause);
         let patience = self.adapters.iter_mut().filter_map(Adapter::patience).min();
         let timeout = until.map(|until| until.saturating_since(now)).into_iter().chain(patience).min();
-        let mut fds = Vec::from([PollFd::new(stop, PollFlags::IN)]);
-        if let Some(Port { listener, pause: None }) = &self.port {
-            fds.push(PollFd::new(listener, PollFlags::IN));
+        let mut sleep = Sleep::until(stop);
+        if let Some(Port { listener, knocks, pause: None }) = &self.port {
+            sleep.or(PollFd::new(listener, PollFlags::IN), knocks);
         }
         for adapter in &self.adapters {
-            adapter.watch(bus, &mut fds);
+            adapter.watch(bus, &mut sleep);
         }
-        crate::host::link::poll_readable(&mut fds, timeout)
+        sleep.sleep(timeout)
     }
 
     fn accept<E: 'static>(&mut self, bus: &mut Bus<E>, now: Instant) {
@@ -123,10 +128,16 @@ impl Adapters {
             return;
         }
         port.pause = None;
+        if !port.knocks.asks() {
+            return;
+        }
         loop {
             let (stream, peer): (_, SocketAddr) = match port.listener.accept() {
                 Ok(accepted) => accepted,
-                Err(error) if error.kind() == io::ErrorKind::WouldBlock => return,
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
+                    port.knocks.is_empty();
+                    return;
+                }
                 // That one has gone again.
                 Err(error) if error.kind() == io::ErrorKind::ConnectionAborted => continue,
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,

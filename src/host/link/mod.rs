@@ -9,6 +9,7 @@ mod pieces;
 pub mod pty;
 #[cfg(feature = "serial")]
 pub mod serial;
+mod sleep;
 #[cfg(target_os = "linux")]
 mod symlink;
 pub mod tap;
@@ -16,6 +17,8 @@ pub mod tcp;
 #[cfg_attr(windows, path = "terminal_windows.rs")]
 #[cfg(any(unix, feature = "serial"))]
 pub mod terminal;
+
+pub(in crate::host) use sleep::{Look, Sleep};
 
 /// Sleeps until one of the descriptors is readable or `timeout` has passed. A signal ends the sleep early.
 ///

@@ -4,7 +4,7 @@ use core::time::Duration;
 use std::io;
 use std::path::Path;
 
-use rustix::event::PollFd;
+use super::Sleep;
 
 use crate::host::{Error, Link, Received, Stop};
 
@@ -55,7 +55,7 @@ impl Pty {
         match *self {}
     }
 
-    pub(in crate::host) fn watch<'a>(&'a self, _: bool, _: bool, _: &mut Vec<PollFd<'a>>) {
+    pub(in crate::host) fn watch<'a>(&'a self, _: bool, _: bool, _: &mut Sleep<'a>) {
         match *self {}
     }
 

@@ -42,8 +42,8 @@ use rustix::io::Errno;
 use rustix::pty::OpenptFlags;
 use rustix::termios::{LocalModes, OptionalActions, QueueSelector, Termios};
 
-use super::poll_readable;
 use super::symlink::{OldLink, Symlink};
+use super::{Look, Sleep};
 use crate::host::{Error, Link, Received, Stop};
 use crate::time::BaudRate;
 
@@ -56,6 +56,12 @@ const UNSET_SPEED: u32 = 115_200;
 const SETTLING_LOOKS: u32 = 16;
 const SETTLING_INTERVAL: Duration = Duration::from_millis(2);
 
+/// A master that has the terminal open for longer changes its settings seldom: they are looked at no more often than so.
+const SETTINGS_INTERVAL: Duration = Duration::from_millis(50);
+
+/// So many events are no more than what is read at once.
+const FEW_EVENTS: u32 = 16;
+
 /// A pseudo-terminal with the drives at its master side. The DP master opens the slave side.
 #[derive(Debug)]
 pub struct Pty {
@@ -66,6 +72,10 @@ pub struct Pty {
     /// The side of the DP master, kept open.
     held: OwnedFd,
     watch: OwnedFd,
+    /// Whether the master has sent something.
+    sent: Look,
+    /// Whether somebody has opened, written or closed the terminal.
+    stirred: Look,
     /// What `watch` calls the terminal.
     watched: i32,
     terminal: PathBuf,
@@ -76,11 +86,15 @@ pub struct Pty {
     unread: bool,
     /// How often to look again at the settings.
     settling: u32,
+    /// When they were looked at last.
+    settings_seen: std::time::Instant,
     /// Somebody has opened the terminal since the settings were ours.
     set: bool,
     reset: Option<Reset>,
     follows_rate: bool,
     rate: Option<BaudRate>,
+    /// One that the master has set, and nobody knows yet.
+    new_rate: Option<BaudRate>,
     lost: u64,
     loss_reported: bool,
 }
@@ -149,16 +163,21 @@ impl Pty {
             line,
             held,
             watch,
+            // For what has come, and whether that was all; who is there, before a reply as well.
+            sent: Look::new(2),
+            stirred: Look::new(3),
             watched,
             terminal,
             raw,
             openings: 0,
             unread: false,
             settling: 0,
+            settings_seen: std::time::Instant::now(),
             set: false,
             reset: None,
             follows_rate: false,
             rate: None,
+            new_rate: None,
             lost: 0,
             loss_reported: false,
         };
@@ -193,8 +212,21 @@ impl Pty {
         self.lost
     }
 
-    /// Takes note of who has opened, written and closed the terminal since the last look.
+    /// Takes note of who has opened, written and closed the terminal since the last look, and of its settings.
     fn observe(&mut self) -> io::Result<()> {
+        let wrote = self.stirred.asks() && self.read_events()?;
+        if self.settling > 0 || wrote && self.settings_seen.elapsed() >= SETTINGS_INTERVAL {
+            self.look_at_settings()?;
+        }
+        if self.openings == 0 && self.set && self.settling == 0 {
+            rustix::termios::tcsetattr(&self.held, OptionalActions::Now, &self.raw)?;
+            self.set = false;
+        }
+        Ok(())
+    }
+
+    /// Who has opened, written and closed the terminal. Whether anybody wrote.
+    fn read_events(&mut self) -> io::Result<bool> {
         use inotify::ReadFlags;
 
         let mut wrote = false;
@@ -203,7 +235,10 @@ impl Pty {
         let mut left_octets = self.reset == Some(Reset::WhenRead);
         let mut buf = [MaybeUninit::uninit(); 1024];
         let mut events = inotify::Reader::new(&self.watch, &mut buf);
-        loop {
+        let mut taken = 0;
+        // A few that leave room in the buffer were all there are.
+        while taken == 0 || taken >= FEW_EVENTS || !events.is_buffer_empty() {
+            taken += 1;
             let event = match events.next() {
                 // An overflow of the queue belongs to no watch.
                 Ok(event) if event.wd() == self.watched || event.wd() == -1 => event.events(),
@@ -240,19 +275,25 @@ impl Pty {
         if changed {
             self.change_master(left_octets)?;
         }
-        if self.settling > 0 || wrote {
-            self.mark_settings()?;
+        self.stirred.is_empty();
+        if wrote {
+            // Before it went, perhaps: its octets come before the reset.
+            self.sent.has_something();
         }
-        if self.openings == 0 && self.set && self.settling == 0 {
-            rustix::termios::tcsetattr(&self.held, OptionalActions::Now, &self.raw)?;
-            self.set = false;
-        }
-        Ok(())
+        Ok(wrote)
     }
 
-    /// Sets the flag without effect again if the master has cleared it.
-    fn mark_settings(&mut self) -> io::Result<()> {
+    /// Takes note of the rate, and sets the flag without effect again if the master has cleared it.
+    fn look_at_settings(&mut self) -> io::Result<()> {
+        self.settings_seen = std::time::Instant::now();
         let mut settings = rustix::termios::tcgetattr(&self.held)?;
+        let speed = settings.output_speed();
+        if self.follows_rate
+            && self.openings > 0
+            && let Ok(rate) = BaudRate::from_bits_per_second(speed)
+        {
+            self.new_rate = Some(rate).filter(|_| self.rate != Some(rate));
+        }
         if !settings.local_modes.contains(LocalModes::ECHONL) {
             settings.local_modes |= LocalModes::ECHONL;
             rustix::termios::tcsetattr(&self.held, OptionalActions::Now, &settings)?;
@@ -299,12 +340,12 @@ impl Pty {
 
     /// What to sleep on until the master comes or goes; with `reads` until it has sent something, with `full` until
     /// there is room again.
-    pub(in crate::host) fn watch<'a>(&'a self, reads: bool, full: bool, fds: &mut Vec<PollFd<'a>>) {
+    pub(in crate::host) fn watch<'a>(&'a self, reads: bool, full: bool, sleep: &mut Sleep<'a>) {
         let mut flags = PollFlags::empty();
         flags.set(PollFlags::IN, reads);
         flags.set(PollFlags::OUT, full);
-        fds.push(PollFd::new(&self.line, flags));
-        fds.push(PollFd::new(&self.watch, PollFlags::IN));
+        sleep.or(PollFd::new(&self.line, flags), &self.sent);
+        sleep.or(PollFd::new(&self.watch, PollFlags::IN), &self.stirred);
     }
 
     /// How long a sleep may last at most; `None`: for ever.
@@ -321,8 +362,15 @@ impl Pty {
     fn read(&mut self, buf: &mut [u8]) -> io::Result<usize> {
         loop {
             match rustix::io::read(&self.line, &mut *buf) {
-                Ok(count) => return Ok(count),
+                Ok(count) => {
+                    if count < buf.len() {
+                        self.sent.is_empty();
+                        self.unread = false;
+                    }
+                    return Ok(count);
+                }
                 Err(Errno::AGAIN) => {
+                    self.sent.is_empty();
                     self.unread = false;
                     return Ok(0);
                 }
@@ -330,19 +378,6 @@ impl Pty {
                 Err(error) => return Err(error.into()),
             }
         }
-    }
-
-    /// A rate of PROFIBUS-DP that the master has set since the last look.
-    fn new_rate(&mut self) -> io::Result<Option<BaudRate>> {
-        if !self.follows_rate || self.openings == 0 {
-            return Ok(None);
-        }
-        let rate = self.speed()?.and_then(|speed| BaudRate::from_bits_per_second(speed).ok());
-        if rate.is_none() || rate == self.rate {
-            return Ok(None);
-        }
-        self.rate = rate;
-        Ok(rate)
     }
 }
 
@@ -353,10 +388,12 @@ impl Link for Pty {
             self.reset = None;
             return Ok(Received::Reset);
         }
-        if let Some(rate) = self.new_rate()? {
+        if let Some(rate) = self.new_rate.take() {
+            self.rate = Some(rate);
             return Ok(Received::Rate(rate));
         }
-        Ok(match self.read(buf)? {
+        let count = if self.sent.asks() { self.read(buf)? } else { 0 };
+        Ok(match count {
             0 if self.reset.take().is_some() => Received::Reset,
             0 => Received::Nothing,
             count => Received::Octets(count),
@@ -377,8 +414,8 @@ impl Link for Pty {
 
     fn wait(&mut self, timeout: Option<Duration>, stop: &Stop) -> io::Result<()> {
         let timeout = [timeout, self.patience()].into_iter().flatten().min();
-        let mut fds = Vec::from([PollFd::new(stop, PollFlags::IN)]);
-        self.watch(true, false, &mut fds);
-        poll_readable(&mut fds, timeout)
+        let mut sleep = Sleep::until(stop);
+        self.watch(true, false, &mut sleep);
+        sleep.sleep(timeout)
     }
 }

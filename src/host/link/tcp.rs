@@ -34,7 +34,7 @@ use std::net::{TcpListener, TcpStream};
 use rustix::event::{PollFd, PollFlags};
 
 use super::pieces::{Piece, settled};
-use super::poll_readable;
+use super::{Look, Sleep};
 use crate::host::reach::{ListenError, listen};
 use crate::host::{Clock, Error, Link, Received, Stop, SystemClock};
 use crate::profibus::fdl::telegram::{Decoded, decode};
@@ -63,6 +63,9 @@ pub const MAX_BURST: u32 = 256 * 1024;
 const SLOT_BITS: u32 = 300;
 const SLOT_MARGIN: Duration = Duration::from_millis(1);
 
+/// A loop asks twice in a turn: for what has come, and whether that was all.
+const IN_TURN: u8 = 2;
+
 /// Connections taken at most before the clients are served again.
 const MOST_ACCEPTED: usize = 8;
 
@@ -73,6 +76,7 @@ const ACCEPT_PAUSE: Duration = Duration::from_secs(1);
 #[derive(Debug)]
 pub struct Tcp<C = SystemClock> {
     listener: TcpListener,
+    knocks: Look,
     address: SocketAddr,
     clock: C,
     slot_time: Duration,
@@ -129,6 +133,7 @@ impl<C: Clock> Tcp<C> {
         })?;
         Ok(Self {
             listener,
+            knocks: Look::new(IN_TURN),
             address,
             clock,
             slot_time: rate.bit_times(SLOT_BITS).saturating_add(SLOT_MARGIN),
@@ -159,10 +164,16 @@ impl<C: Clock> Tcp<C> {
             return;
         }
         self.pause = None;
+        if !self.knocks.asks() {
+            return;
+        }
         for _ in 0..MOST_ACCEPTED {
             match self.listener.accept() {
                 Ok((stream, peer)) => self.welcome(stream, peer, now),
-                Err(error) if error.kind() == ErrorKind::WouldBlock => return,
+                Err(error) if error.kind() == ErrorKind::WouldBlock => {
+                    self.knocks.is_empty();
+                    return;
+                }
                 // That client has gone again.
                 Err(error)
                     if matches!(error.kind(), ErrorKind::ConnectionAborted | ErrorKind::Interrupted) => {}
@@ -351,19 +362,19 @@ impl<C: Clock> Link for Tcp<C> {
             .map(|due| due.saturating_since(now))
             .chain(timeout)
             .min();
-        let mut fds = Vec::from([PollFd::new(stop, PollFlags::IN)]);
+        let mut sleep = Sleep::until(stop);
         if self.pause.is_none() {
-            fds.push(PollFd::new(&self.listener, PollFlags::IN));
+            sleep.or(PollFd::new(&self.listener, PollFlags::IN), &self.knocks);
         }
         for client in &self.clients {
             let mut flags = PollFlags::empty();
             flags.set(PollFlags::IN, client.room() > 0);
             flags.set(PollFlags::OUT, !client.backlog.is_empty());
             if !flags.is_empty() {
-                fds.push(PollFd::new(&client.stream, flags));
+                sleep.or(PollFd::new(&client.stream, flags), &client.look);
             }
         }
-        poll_readable(&mut fds, timeout)
+        sleep.sleep(timeout)
     }
 }
 

@@ -4,14 +4,13 @@ use core::time::Duration;
 use std::collections::VecDeque;
 use std::io;
 
-use rustix::event::PollFd;
-
 use super::stream::{Arrival, Stream};
 use crate::can_bus::can::ErrorState;
 use crate::can_bus::can::slcan;
 use crate::can_bus::can::slcan::{Channel, Effect, Flags};
 use crate::host::can::line::{AdapterNews, News};
 use crate::host::can::{Bus, Seat};
+use crate::host::link::Sleep;
 use crate::time::Instant;
 
 /// Octets taken from a master at once.
@@ -240,10 +239,10 @@ impl Adapter {
     }
 
     /// What to sleep on.
-    pub(super) fn watch<'a, E: 'static>(&'a self, bus: &Bus<E>, fds: &mut Vec<PollFd<'a>>) {
+    pub(super) fn watch<'a, E: 'static>(&'a self, bus: &Bus<E>, sleep: &mut Sleep<'a>) {
         if let Some(stream) = &self.stream {
             let reads = self.inbox.is_empty() || self.may_go_on(bus);
-            stream.watch(reads, !self.outbox.is_empty(), fds);
+            stream.watch(reads, !self.outbox.is_empty(), sleep);
         }
     }
 

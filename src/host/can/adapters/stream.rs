@@ -6,14 +6,15 @@ use std::net::TcpStream;
 use rustix::event::{PollFd, PollFlags};
 
 use crate::host::link::pty::Pty;
+use crate::host::link::{Look, Sleep};
 use crate::host::{Link, Received};
 
 /// Octets the kernel keeps for a master at a TCP port: so many stale frames it reads at most that comes back to reading.
 const KERNEL_BUFFER: usize = 64 * 1024;
 
 pub(super) enum Stream {
-    Pty(Pty),
-    Tcp(TcpStream),
+    Pty(Box<Pty>),
+    Tcp(TcpStream, Look),
 }
 
 /// What came from a master.
@@ -31,7 +32,7 @@ impl Stream {
         stream.set_nonblocking(true)?;
         stream.set_nodelay(true)?;
         rustix::net::sockopt::set_socket_send_buffer_size(&stream, KERNEL_BUFFER)?;
-        Ok(Self::Tcp(stream))
+        Ok(Self::Tcp(stream, Look::new(super::IN_TURN)))
     }
 
     pub(super) fn read(&mut self, buf: &mut [u8]) -> io::Result<Arrival> {
@@ -41,12 +42,20 @@ impl Stream {
                 Received::Reset => Arrival::Another,
                 Received::Rate(_) | Received::Nothing => Arrival::Nothing,
             }),
-            Self::Tcp(stream) => Ok(match stream.read(buf) {
+            Self::Tcp(_, look) if !look.asks() => Ok(Arrival::Nothing),
+            Self::Tcp(stream, look) => Ok(match stream.read(buf) {
                 Ok(0) => Arrival::Gone,
-                Ok(count) => Arrival::Octets(count),
-                Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => {
+                Ok(count) => {
+                    if count < buf.len() {
+                        look.is_empty();
+                    }
+                    Arrival::Octets(count)
+                }
+                Err(error) if error.kind() == ErrorKind::WouldBlock => {
+                    look.is_empty();
                     Arrival::Nothing
                 }
+                Err(error) if error.kind() == ErrorKind::Interrupted => Arrival::Nothing,
                 Err(_) => Arrival::Gone,
             }),
         }
@@ -56,7 +65,7 @@ impl Stream {
     pub(super) fn write(&mut self, octets: &[u8]) -> io::Result<Option<usize>> {
         match self {
             Self::Pty(pty) => pty.write(octets),
-            Self::Tcp(stream) => Ok(match stream.write(octets) {
+            Self::Tcp(stream, _) => Ok(match stream.write(octets) {
                 Ok(count) => Some(count),
                 Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => {
                     Some(0)
@@ -70,20 +79,20 @@ impl Stream {
     pub(super) fn discard_output(&self) -> io::Result<()> {
         match self {
             Self::Pty(pty) => pty.discard_output(),
-            Self::Tcp(_) => Ok(()),
+            Self::Tcp(..) => Ok(()),
         }
     }
 
     /// What to sleep on; with `full` until there is room again, with `reads` until something comes.
-    pub(super) fn watch<'a>(&'a self, reads: bool, full: bool, fds: &mut Vec<PollFd<'a>>) {
+    pub(super) fn watch<'a>(&'a self, reads: bool, full: bool, sleep: &mut Sleep<'a>) {
         match self {
-            Self::Pty(pty) => pty.watch(reads, full, fds),
-            Self::Tcp(stream) => {
+            Self::Pty(pty) => pty.watch(reads, full, sleep),
+            Self::Tcp(stream, look) => {
                 let mut flags = PollFlags::empty();
                 flags.set(PollFlags::IN, reads);
                 flags.set(PollFlags::OUT, full);
                 if !flags.is_empty() {
-                    fds.push(PollFd::new(stream, flags));
+                    sleep.or(PollFd::new(stream, flags), look);
                 }
             }
         }
@@ -93,7 +102,7 @@ impl Stream {
     pub(super) fn patience(&mut self) -> Option<core::time::Duration> {
         match self {
             Self::Pty(pty) => pty.patience(),
-            Self::Tcp(_) => None,
+            Self::Tcp(..) => None,
         }
     }
 }

@@ -6,7 +6,8 @@ use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
 
-use super::{Busy, MAX_BACKLOG, MAX_BURST, Meaning};
+use super::{Busy, IN_TURN, MAX_BACKLOG, MAX_BURST, Meaning};
+use crate::host::link::Look;
 use crate::host::link::pieces::{Piece, Pieces};
 use crate::time::{BITS_PER_OCTET, BaudRate, Instant};
 
@@ -50,6 +51,7 @@ impl core::fmt::Display for Leave {
 #[derive(Debug)]
 pub(super) struct Client {
     pub(super) stream: TcpStream,
+    pub(super) look: Look,
     pub(super) peer: SocketAddr,
     /// What it sent and nobody has heard yet.
     pub(super) pieces: Pieces,
@@ -71,6 +73,7 @@ impl Client {
         rustix::net::sockopt::set_socket_send_buffer_size(&stream, KERNEL_BUFFER)?;
         Ok(Self {
             stream,
+            look: Look::new(IN_TURN),
             peer,
             pieces: Pieces::default(),
             blocked: None,
@@ -113,19 +116,26 @@ impl Client {
         let Some(buf) = buf.get_mut(..room).filter(|buf| !buf.is_empty()) else {
             return;
         };
+        if !self.look.asks() {
+            return;
+        }
         match (&self.stream).read(buf) {
             Ok(0) => {
                 self.left = Some(Leave::Closed);
                 self.pieces.end();
             }
             Ok(count) => {
+                if count < buf.len() {
+                    self.look.is_empty();
+                }
                 let octets = buf.get(..count).unwrap_or_default();
                 self.pieces.push(now, octets);
                 if !self.allowance.spend(now, u32::try_from(count).unwrap_or(u32::MAX)) {
                     self.drop_for(Leave::Flooding);
                 }
             }
-            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => {}
+            Err(error) if error.kind() == ErrorKind::WouldBlock => self.look.is_empty(),
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
             Err(_) => self.drop_for(Leave::Broken),
         }
     }
