@@ -133,6 +133,10 @@
     allow(dead_code, unused_imports)
 )]
 
+// Tests share files with those of tests/.
+#[cfg(test)]
+extern crate self as profidrive;
+
 pub mod time;
 
 mod chance;

@@ -54,6 +54,8 @@ mod drive_image;
 pub mod fault;
 mod gsd_description;
 mod gsd_station;
+#[cfg(all(test, feature = "parameters"))]
+mod kept_lines;
 pub mod link;
 pub mod list;
 mod lock;

@@ -1,0 +1,508 @@
+//! Test: lines with every kind of device, whose memories are kept, against a model. Random sequences of adding, removing, moving
+//! (Set_Slave_Add), switching off and on, writing, saving, failing disks, kills, power failures and restarts: no device loses a
+//! value that is on the disk, and none has one that nobody wrote. For 10 000 sequences set `PROFIDRIVE_LONG`.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::needless_range_loop,
+    clippy::cast_possible_truncation,
+    clippy::std_instead_of_core,
+    clippy::wildcard_enum_match_arm,
+    reason = "a test may panic, and has std"
+)]
+
+use core::time::Duration;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::sync::OnceLock;
+
+use proptest::prelude::*;
+
+use super::can::{CanParticipant, StoredNode};
+use super::list::{Device, Group, Spec};
+use super::{Bus, Refusals, StateDir, StateDirError, ValueBoard};
+use crate::can_bus::can::{BaseId, Frame, Id};
+use crate::can_bus::canopen::Address as Object;
+use crate::face::description::{ParameterAccess, ParameterPlace};
+use crate::host::list::Ground;
+use crate::profibus::fdl::{Address, MAX_TELEGRAM_LEN, Timing};
+use crate::time::{BaudRate, Instant};
+use faulty_disk::{Failing, FaultyDisk};
+
+#[path = "../../tests/line/faulty_disk.rs"]
+mod faulty_disk;
+
+/// The object that is written: the heartbeat time, or v-Pos of an AG03/1, which does not keep that.
+fn object(which: usize) -> Object {
+    if which == 5 { Object::new(0x2410, 5) } else { Object::new(0x1017, 0) }
+}
+
+/// Frames of SDOs to and from a node.
+const TO_NODE: u16 = 0x600;
+const FROM_NODE: u16 = 0x580;
+/// "save" to 1010h:1.
+const SAVE: [u8; 8] = [0x23, 0x10, 0x10, 0x01, 0x73, 0x61, 0x76, 0x65];
+const SAVED: [u8; 8] = [0x60, 0x10, 0x10, 0x01, 0, 0, 0, 0];
+/// There is no 1010h: it keeps what is written by itself.
+const NO_SAVE: [u8; 8] = [0x80, 0x10, 0x10, 0x01, 0, 0, 0x02, 0x06];
+
+/// A device of each kind, with what it is given by. Of stations the addresses behind the first are free.
+static KINDS: &[(Group, &str)] = &[
+    (Group::Drive, "10"),
+    (Group::Drive, "20,model=ag03"),
+    (Group::PpoDrive, "30,parameters=TABLE"),
+    (Group::Station, "40,gsd=GSD"),
+    (Group::Station, "50,gsd=GSD"),
+    (Group::Node, "1"),
+    (Group::Node, "2,device=ap10"),
+    (Group::Node, "3,device=asda-a2"),
+    (Group::Node, "4,eds=EDS"),
+];
+
+#[derive(Clone, Copy, Debug)]
+enum Op {
+    Add(usize),
+    Remove(usize),
+    /// Off and on again.
+    Switch(usize),
+    /// A parameter, an object, or the address.
+    Write(usize),
+    /// 1010h:1 of a node.
+    Save(usize),
+    Disk(Failing),
+    /// So many images are written.
+    Writer(u8),
+    /// Everything that waits is written by a disk that works.
+    Settle,
+    Kill {
+        calls: u32,
+        power: Option<usize>,
+    },
+    /// Ended properly.
+    Restart,
+}
+
+fn op() -> impl Strategy<Value = Op> {
+    let of = 0..KINDS.len();
+    let failing = (any::<bool>(), any::<bool>(), any::<bool>(), any::<bool>())
+        .prop_map(|(write, sync, rename, sync_names)| Failing { write, sync, rename, sync_names });
+    prop_oneof![
+        6 => of.clone().prop_map(Op::Add),
+        2 => of.clone().prop_map(Op::Remove),
+        2 => of.clone().prop_map(Op::Switch),
+        12 => of.clone().prop_map(Op::Write),
+        6 => of.prop_map(Op::Save),
+        2 => failing.prop_map(Op::Disk),
+        2 => Just(Op::Disk(Failing::default())),
+        6 => (1..4_u8).prop_map(Op::Writer),
+        2 => Just(Op::Settle),
+        1 => (0..12_u32, proptest::option::of(any::<usize>())).prop_map(|(calls, power)| Op::Kill { calls, power }),
+        1 => Just(Op::Restart),
+    ]
+}
+
+enum Unit {
+    /// At this address of the bus.
+    Slave(Address),
+    Node(Box<StoredNode>),
+}
+
+struct World {
+    disk: FaultyDisk,
+    state: Option<StateDir>,
+    now: Instant,
+    bus: Bus,
+    units: BTreeMap<usize, Unit>,
+    /// The values that each device may have after it has been off, the one that is safe first.
+    known: BTreeMap<usize, Vec<u32>>,
+    last: u32,
+    /// The disk has refused something since the last start: a station tries it again with the next change only.
+    refused: bool,
+}
+
+fn files() -> &'static Path {
+    static FOLDER: OnceLock<tempfile::TempDir> = OnceLock::new();
+    let folder = FOLDER.get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
+        let gsd = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/gsd/modular.gsd");
+        let text = fs::read_to_string(gsd).unwrap();
+        let text = text.replace("0x0A02", "0x0A02\nSet_Slave_Add_supp = 1");
+        fs::write(folder.path().join("io.gsd"), text).unwrap();
+        folder
+    });
+    folder.path()
+}
+
+fn spec(which: usize) -> Spec {
+    let (group, text) = KINDS[which];
+    let gsd = files().join("io.gsd").display().to_string();
+    let text = text
+        .replace("GSD", &gsd)
+        .replace("TABLE", concat!(env!("CARGO_MANIFEST_DIR"), "/examples/ppo_drive.toml"))
+        .replace("EDS", concat!(env!("CARGO_MANIFEST_DIR"), "/tests/eds/pump.eds"));
+    Spec::parse(group, &text).unwrap()
+}
+
+/// The parameter that is written: one that is kept, and the least and the greatest value.
+fn parameter(bus: &Bus, at: Address) -> Option<(u16, u32, u32)> {
+    let mut found = None;
+    bus.description(at)?.each_parameter(&mut |parameter| {
+        let (low, high) = (parameter.low.unwrap_or(0.0).max(1.0), parameter.high.unwrap_or(0.0));
+        let fits =
+            parameter.kept && parameter.access == ParameterAccess::ReadWrite && parameter.elements.is_none();
+        // The fault counter takes 0 only.
+        let fits = fits && parameter.number != 952;
+        if found.is_none() && fits && high - low >= 50.0 {
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small and above 0")]
+            let limits = (low as u32, high.min(60_000.0) as u32);
+            found = Some((parameter.number, limits.0, limits.1));
+        }
+    });
+    found
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small and above 0")]
+fn value_of_parameter(bus: &Bus, at: Address, number: u16) -> u32 {
+    let mut found = None;
+    bus.description(at).unwrap().each_parameter(&mut |parameter| {
+        if parameter.number == number {
+            found = (parameter.value)(None);
+        }
+    });
+    found.unwrap() as u32
+}
+
+fn value_of_node(node: &StoredNode, at: Object) -> u32 {
+    let device = node.as_device();
+    let octets = device.node().read_with(at, device.application(), |octets| Ok(octets.to_vec())).unwrap();
+    octets.iter().rev().fold(0, |value, octet| value << 8 | u32::from(*octet))
+}
+
+impl World {
+    fn new() -> Self {
+        let mut world = Self {
+            disk: FaultyDisk::default(),
+            state: None,
+            now: Instant::from_millis(1),
+            bus: Bus::on(BaudRate::K500, Timing::Untrue),
+            units: BTreeMap::new(),
+            known: BTreeMap::new(),
+            last: 0,
+            refused: false,
+        };
+        world.start();
+        world
+    }
+
+    fn start(&mut self) {
+        self.state = Some(StateDir::on(Path::new("memory"), Box::new(self.disk.clone())).unwrap());
+    }
+
+    fn state(&self) -> &StateDir {
+        self.state.as_ref().unwrap()
+    }
+
+    fn pass(&mut self) {
+        self.now = self.now.saturating_add(Duration::from_millis(5));
+        self.bus.handle_timeout(self.now);
+        while self.bus.poll_event().is_some() {}
+        for unit in self.units.values_mut() {
+            if let Unit::Node(node) = unit {
+                node.handle_timeout(self.now);
+                while node.poll_event().is_some() {}
+            }
+        }
+    }
+
+    fn apply(&mut self, op: Op) {
+        match op {
+            Op::Add(which) => self.add(which),
+            Op::Remove(which) => self.remove(which),
+            Op::Switch(which) => self.switch(which),
+            Op::Write(which) => self.write(which),
+            Op::Save(which) => _ = self.sdo(which, SAVE),
+            Op::Disk(failing) => {
+                self.disk.fail(failing);
+                self.refused |= failing != Failing::default();
+            }
+            Op::Writer(images) => (0..images).for_each(|_| _ = self.state().write_next()),
+            Op::Settle => self.settle(),
+            Op::Kill { calls, power } => self.kill(calls, power),
+            Op::Restart => self.restart(),
+        }
+        self.pass();
+    }
+
+    fn add(&mut self, which: usize) {
+        let spec = spec(which);
+        let made = self.make(&spec);
+        let unit = match made {
+            Ok(unit) => unit,
+            Err(StateDirError::Owned { .. }) => return assert!(self.units.contains_key(&which), "{which}"),
+            // Its first image could not be stored.
+            Err(StateDirError::File { .. }) => return,
+            Err(error) => panic!("{which}: {error}"),
+        };
+        assert!(!self.units.contains_key(&which), "two have one file: {which}");
+        self.units.insert(which, unit);
+        let found = self.value(which).unwrap();
+        let known = self.known.entry(which).or_insert_with(|| vec![found]);
+        assert!(known.contains(&found), "{:?} has {found}, expected one of {known:?}", KINDS[which]);
+    }
+
+    fn make(&mut self, spec: &Spec) -> Result<Unit, StateDirError> {
+        if let Device::Node(_) | Device::NodeFile(_) = spec.device {
+            let product = spec.product().unwrap();
+            let node = self.state().load_node(product, spec.node(), &spec.choices, self.now)?;
+            return Ok(Unit::Node(Box::new(node)));
+        }
+        let (refusals, board) = (Refusals::default(), ValueBoard::default());
+        let (state, rate) = (self.state.as_ref(), BaudRate::K500);
+        let ground = Ground { now: self.now, rate, state, refusals: &refusals, board: &board };
+        let station = match spec.prepare().unwrap().make(&ground) {
+            Ok(station) => station,
+            Err(super::list::MakeError::State(error)) => return Err(error),
+            Err(error) => panic!("{error}"),
+        };
+        let address = station.address();
+        self.bus.connect(self.now, station, false).unwrap();
+        Ok(Unit::Slave(address))
+    }
+
+    /// The value that is kept of a device; `None`: it is not there.
+    fn value(&self, which: usize) -> Option<u32> {
+        Some(match self.units.get(&which)? {
+            Unit::Node(node) => value_of_node(node, object(which)),
+            Unit::Slave(address) if KINDS[which].0 == Group::Station => address.number().into(),
+            Unit::Slave(address) => {
+                let (number, ..) = parameter(&self.bus, *address).unwrap();
+                value_of_parameter(&self.bus, *address, number)
+            }
+        })
+    }
+
+    fn remove(&mut self, which: usize) {
+        if let Some(Unit::Slave(address)) = self.units.remove(&which) {
+            assert!(self.bus.remove(address).is_some(), "{which}");
+        }
+    }
+
+    fn switch(&mut self, which: usize) {
+        match self.units.get_mut(&which) {
+            None => {}
+            Some(Unit::Node(node)) => {
+                node.act(self.now, |device, now| device.power_off(now));
+                node.act(self.now, |device, now| device.power_on(now));
+            }
+            Some(Unit::Slave(address)) => {
+                for on in [false, true] {
+                    let now = self.now;
+                    self.bus.with_description(*address, |device| device.switch_supply(now, on));
+                }
+            }
+        }
+        self.check(which);
+    }
+
+    fn write(&mut self, which: usize) {
+        self.last += 1;
+        let last = self.last;
+        match self.units.get(&which) {
+            None => return,
+            Some(Unit::Node(_)) => {
+                let value = if which == 5 { 1 + last % 90 } else { 1000 + last % 50_000 };
+                let [low, high, ..] = value.to_le_bytes();
+                let at = object(which);
+                let [index_low, index_high] = at.index.0.to_le_bytes();
+                // One octet or two.
+                let command = if which == 5 { 0x2F } else { 0x2B };
+                self.sdo(which, [command, index_low, index_high, at.sub.0, low, high, 0, 0]);
+            }
+            Some(Unit::Slave(address)) if KINDS[which].0 == Group::Station => {
+                let address = *address;
+                self.set_slave_add(which, address);
+            }
+            Some(Unit::Slave(address)) => {
+                let address = *address;
+                let (number, low, high) = parameter(&self.bus, address).unwrap();
+                let (now, value) = (self.now, low + last % (high - low));
+                let place = ParameterPlace { number, element: None };
+                self.bus.with_description(address, |device| {
+                    // Refused while a job waits for the disk.
+                    let _ = device.write_parameter(now, place, value.into(), &mut |_| {});
+                });
+            }
+        }
+        let value = self.value(which).unwrap();
+        self.known.entry(which).or_default().push(value);
+    }
+
+    /// Sends it to the next address of its own.
+    fn set_slave_add(&mut self, which: usize, from: Address) {
+        let base = spec(which).place;
+        let to = base + u8::try_from(self.last % 9).unwrap();
+        let body = [from.number() | 0x80, 0x82, 0x6D, 55, 62, to, 0x0A, 0x02, 0];
+        let sum = body.iter().fold(0_u8, |sum, octet| sum.wrapping_add(*octet));
+        let len = u8::try_from(body.len()).unwrap();
+        let octets = [&[0x68, len, len, 0x68][..], &body, &[sum, 0x16]].concat();
+        self.bus.handle_bytes(self.now, &octets);
+        for _ in 0..20 {
+            self.now = self.now.saturating_add(Duration::from_micros(100));
+            self.bus.handle_timeout(self.now);
+            if self.bus.poll_transmit(self.now, &mut [0; MAX_TELEGRAM_LEN]).is_some() {
+                break;
+            }
+        }
+        let own = base..base + 9;
+        let there = self.bus.addresses().find(|address| own.contains(&address.number())).unwrap();
+        self.units.insert(which, Unit::Slave(there));
+    }
+
+    /// Sends an SDO to a node: the reply, if one came.
+    fn sdo(&mut self, which: usize, request: [u8; 8]) -> Option<[u8; 8]> {
+        let now = self.now;
+        let Some(Unit::Node(node)) = self.units.get_mut(&which) else { return None };
+        let number = u16::from(node.node_id().number());
+        let id = |base: u16| Id::Base(BaseId::new(base + number).unwrap());
+        node.handle_frame(now, &Frame::data(id(TO_NODE), &request).unwrap());
+        self.reply(which)
+    }
+
+    fn reply(&mut self, which: usize) -> Option<[u8; 8]> {
+        let now = self.now;
+        let Some(Unit::Node(node)) = self.units.get_mut(&which) else { return None };
+        node.handle_timeout(now);
+        let from = FROM_NODE + u16::from(node.node_id().number());
+        let mut reply = None;
+        while let Some(frame) = node.poll_transmit(now) {
+            if frame.id() == Id::Base(BaseId::new(from).unwrap()) {
+                reply = frame.octets().try_into().ok();
+            }
+        }
+        reply
+    }
+
+    /// What a device has now is one of the values that it may have.
+    fn check(&self, which: usize) {
+        if let Some(found) = self.value(which) {
+            let known = &self.known[&which];
+            assert!(known.contains(&found), "{:?} has {found}, expected one of {known:?}", KINDS[which]);
+        }
+    }
+
+    /// A disk that works has everything.
+    fn drain(&mut self) {
+        self.disk.fail(Failing::default());
+        for _ in 0..4 {
+            self.pass();
+            while self.state().write_next() {}
+        }
+        self.pass();
+    }
+
+    /// What is acknowledged is what may be found, and nothing else.
+    fn settle(&mut self) {
+        self.drain();
+        for which in 0..KINDS.len() {
+            if let Some(Unit::Node(_)) = self.units.get(&which) {
+                let _earlier = self.reply(which);
+                let mut reply = self.sdo(which, SAVE);
+                self.drain();
+                reply = reply.or_else(|| self.reply(which));
+                let done = reply == Some(SAVED) || reply == Some(NO_SAVE);
+                assert!(done, "{:?}: {reply:02X?}", KINDS[which]);
+            }
+            if self.is_safe(which)
+                && let Some(value) = self.value(which)
+            {
+                self.known.insert(which, vec![value]);
+            }
+        }
+    }
+
+    /// Whether the memory of a device says that it is on the disk: an image that a disk refused is tried again with the next
+    /// change, or when the device is switched off.
+    fn is_safe(&self, which: usize) -> bool {
+        let memory = match self.units.get(&which) {
+            None => None,
+            Some(Unit::Slave(address)) => self.bus.description(*address).and_then(|device| device.memory()),
+            Some(Unit::Node(node)) => node.as_device().description().memory(),
+        };
+        let is_node = matches!(self.units.get(&which), Some(Unit::Node(_)));
+        memory.map_or(is_node || !self.refused, |memory| memory == "in its file")
+    }
+
+    fn remove_all(&mut self) {
+        (0..KINDS.len()).for_each(|which| self.remove(which));
+    }
+
+    fn kill(&mut self, calls: u32, power: Option<usize>) {
+        self.disk.kill_after(calls);
+        for _ in 0..calls {
+            self.state().write_next();
+            self.pass();
+        }
+        self.disk.kill();
+        self.remove_all();
+        if let Some(chance) = power {
+            self.disk.power_failure(chance);
+        }
+        self.begin_again();
+    }
+
+    fn restart(&mut self) {
+        self.settle();
+        let safe = |which: usize| self.value(which).filter(|_| self.is_safe(which));
+        let before: Vec<_> = (0..KINDS.len()).map(safe).collect();
+        self.remove_all();
+        self.drain();
+        self.begin_again();
+        for (which, before) in before.into_iter().enumerate().filter(|(_, before)| before.is_some()) {
+            assert_eq!(self.value(which), before, "{:?} ended properly", KINDS[which]);
+        }
+    }
+
+    fn begin_again(&mut self) {
+        (self.state, self.refused) = (None, false);
+        self.disk.revive();
+        self.start();
+        for which in self.known.keys().copied().collect::<Vec<_>>() {
+            self.add(which);
+            // Read from the disk: it stays.
+            let found = self.value(which).unwrap();
+            self.known.insert(which, vec![found]);
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig {
+        cases: if std::env::var_os("PROFIDRIVE_LONG").is_some() { 10_000 } else { 60 },
+        ..ProptestConfig::default()
+    })]
+    #[test]
+    fn no_device_of_any_kind_loses_or_invents_a_value(ops in proptest::collection::vec(op(), 1..80)) {
+        let mut world = World::new();
+        for op in ops {
+            world.apply(op);
+        }
+        world.kill(0, Some(0));
+        world.restart();
+    }
+}
+
+/// The sequences write something in each device, and it is kept.
+#[test]
+fn each_kind_is_written_and_has_its_value_after_a_restart() {
+    let mut world = World::new();
+    for which in 0..KINDS.len() {
+        world.add(which);
+        let before = world.value(which).unwrap();
+        world.write(which);
+        let written = world.value(which).unwrap();
+        assert_ne!(written, before, "{:?}", KINDS[which]);
+        world.restart();
+        assert_eq!(world.value(which), Some(written), "{:?}", KINDS[which]);
+    }
+}
