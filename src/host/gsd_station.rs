@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, VecDeque};
 use super::fault::{Condition, Switch};
 use super::gsd_description::ShownPrm;
 use super::refusals::Refusals;
-use super::reported::{Reported, Timed};
+use super::reported::Reported;
 use super::state_dir::Images;
 use super::station_file::{Kept, KeptImage};
 use super::{Appearance, ByHand, Participant, StateDir, StateDirError, StationKind, Stored, ValueBoard};
@@ -129,14 +129,6 @@ impl GsdStation {
     #[must_use]
     pub fn on_board(mut self, board: ValueBoard) -> Self {
         self.board = Some(board);
-        self
-    }
-
-    /// The same station with a time line of its diagnosis, which begins at `now`.
-    #[must_use]
-    pub(crate) fn with_timed(mut self, now: Instant, timed: Vec<Timed>) -> Self {
-        (self.reported.timed, self.began) = (timed, now);
-        self.report(now);
         self
     }
 

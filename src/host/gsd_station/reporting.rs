@@ -5,10 +5,18 @@ use std::collections::BTreeMap;
 use super::{GsdStation, MAX_IO_LEN};
 use crate::gsd::{ModuleState, RaiseError, Raised};
 use crate::host::ByHand;
-use crate::host::reported::InSlot;
+use crate::host::reported::{InSlot, Timed};
 use crate::time::Instant;
 
 impl GsdStation {
+    /// The same station with a time line of its diagnosis, which begins at `now`.
+    #[must_use]
+    pub(crate) fn with_timed(mut self, now: Instant, timed: Vec<Timed>) -> Self {
+        (self.reported.timed, self.began) = (timed, now);
+        self.report(now);
+        self
+    }
+
     /// What is raised besides what the slave reports by itself.
     pub const fn raised(&self) -> &Raised {
         &self.reported.by_hand
@@ -96,7 +104,6 @@ mod tests {
 
     use super::*;
     use crate::gsd::{Gsd, Policy, Station};
-    use crate::host::reported::Timed;
     use crate::host::{Participant as _, Refusals};
     use crate::process::{Point, ValueType};
     use crate::profibus::fdl::Address;
