@@ -349,11 +349,12 @@ impl Drive {
     fn take_settings(&mut self, settings: &Settings) -> bool {
         self.window = settings.word(Parameter::PosWindow);
         if !self.stands() || self.state.job_active() {
-            let limits = settings.limits();
-            let changed = limits != self.frame.limits;
-            self.frame.limits = limits;
-            self.limits_changed |= changed;
-            return changed;
+            if settings.has_limits(self.frame.limits) {
+                return false;
+            }
+            self.frame.limits = settings.limits();
+            self.limits_changed = true;
+            return true;
         }
         let before = self.frame;
         self.frame = Frame::of(settings);

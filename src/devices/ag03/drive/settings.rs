@@ -72,6 +72,13 @@ impl Settings {
         Limits::new(self.number(Parameter::Limit1), self.number(Parameter::Limit2))
     }
 
+    /// Whether these are the travel range. Asked in each application cycle of a shaft that turns.
+    #[inline]
+    pub(super) fn has_limits(&self, limits: Limits) -> bool {
+        let (one, two) = (self.number(Parameter::Limit1), self.number(Parameter::Limit2));
+        (two == limits.lower && one == limits.upper) || (one == limits.lower && two == limits.upper)
+    }
+
     /// How inching 2 stops.
     pub(super) fn stop_mode_inch_2(&self) -> StopMode {
         if self.number(Parameter::StopModeInch2) == 1 { StopMode::Ramp } else { StopMode::Maximum }
