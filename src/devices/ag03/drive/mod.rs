@@ -145,6 +145,8 @@ struct Frame {
     mode: Mode,
     scale: Scale,
     limits: Limits,
+    /// Limit 1 and limit 2, of which they were made.
+    programmed_limits: [i32; 2],
     /// What positions are counted in.
     lengths: Lengths,
 }
@@ -152,7 +154,13 @@ struct Frame {
 impl Frame {
     fn of(settings: &Settings) -> Self {
         let lengths = Lengths::of_spindle_pitch(settings.word(Parameter::SpindlePitch).into());
-        Self { mode: settings.mode(), scale: Scale::new(settings), limits: settings.limits(), lengths }
+        Self {
+            mode: settings.mode(),
+            scale: Scale::new(settings),
+            limits: settings.limits(),
+            programmed_limits: settings.programmed_limits(),
+            lengths,
+        }
     }
 }
 
@@ -347,14 +355,16 @@ impl Drive {
 
     /// Takes over what may change now. Returns whether that was anything.
     fn take_settings(&mut self, settings: &Settings) -> bool {
-        self.window = settings.word(Parameter::PosWindow);
         if !self.stands() || self.state.job_active() {
-            if settings.has_limits(self.frame.limits) {
+            let programmed = settings.programmed_limits();
+            if programmed == self.frame.programmed_limits {
                 return false;
             }
-            self.frame.limits = settings.limits();
-            self.limits_changed = true;
-            return true;
+            let limits = settings.limits();
+            let changed = limits != self.frame.limits;
+            (self.frame.limits, self.frame.programmed_limits) = (limits, programmed);
+            self.limits_changed |= changed;
+            return changed;
         }
         let before = self.frame;
         self.frame = Frame::of(settings);
@@ -423,6 +433,7 @@ impl Drive {
         if !looks && !self.stands() {
             return;
         }
+        self.window = settings.word(Parameter::PosWindow);
         let position = self.position();
         let velocity = self.shaft_velocity() * self.frame.scale.sign();
         let limits = self.frame.limits;

@@ -72,11 +72,10 @@ impl Settings {
         Limits::new(self.number(Parameter::Limit1), self.number(Parameter::Limit2))
     }
 
-    /// Whether these are the travel range. Asked in each application cycle of a shaft that turns.
+    /// Limit 1 and limit 2. They are compared in each application cycle of a shaft that turns.
     #[inline]
-    pub(super) fn has_limits(&self, limits: Limits) -> bool {
-        let (one, two) = (self.number(Parameter::Limit1), self.number(Parameter::Limit2));
-        (two == limits.lower && one == limits.upper) || (one == limits.lower && two == limits.upper)
+    pub(super) fn programmed_limits(&self) -> [i32; 2] {
+        [self.number(Parameter::Limit1), self.number(Parameter::Limit2)]
     }
 
     /// How inching 2 stops.
