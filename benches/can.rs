@@ -295,6 +295,8 @@ impl OnBus {
             let node = NodeId::new(number).unwrap();
             let device = product.make(node, &Choices::default(), Eeprom::Internal, this.now);
             let mut stored = StoredNode::new(device, this.now);
+            // On a bus at another rate than its own it would be silent.
+            stored.set_rate(this.now, BitRate::K1000);
             stored.act(this.now, turn_by_hand);
             this.bus.add(this.now, Box::new(stored));
             this.millisecond();

@@ -23,7 +23,7 @@ use super::can::{CanParticipant, StoredNode};
 use super::list::{Device, Group, Spec};
 use super::{Bus, Refusals, StateDir, StateDirError, ValueBoard};
 use crate::can_bus::can::{BaseId, Frame, Id};
-use crate::can_bus::canopen::Address as Object;
+use crate::can_bus::canopen;
 use crate::face::description::{ParameterAccess, ParameterPlace};
 use crate::host::list::Ground;
 use crate::profibus::fdl::{Address, MAX_TELEGRAM_LEN, Timing};
@@ -34,8 +34,8 @@ use faulty_disk::{Failing, FaultyDisk};
 mod faulty_disk;
 
 /// The object that is written: the heartbeat time, or v-Pos of an AG03/1, which does not keep that.
-fn object(which: usize) -> Object {
-    if which == 5 { Object::new(0x2410, 5) } else { Object::new(0x1017, 0) }
+fn object(which: usize) -> canopen::Address {
+    if which == 5 { canopen::Address::new(0x2410, 5) } else { canopen::Address::new(0x1017, 0) }
 }
 
 /// Frames of SDOs to and from a node.
@@ -173,7 +173,7 @@ fn value_of_parameter(bus: &Bus, at: Address, number: u16) -> u32 {
     found.unwrap() as u32
 }
 
-fn value_of_node(node: &StoredNode, at: Object) -> u32 {
+fn value_of_node(node: &StoredNode, at: canopen::Address) -> u32 {
     let device = node.as_device();
     let octets = device.node().read_with(at, device.application(), |octets| Ok(octets.to_vec())).unwrap();
     octets.iter().rev().fold(0, |value, octet| value << 8 | u32::from(*octet))
