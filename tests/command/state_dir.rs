@@ -386,7 +386,7 @@ fn a_file_is_replaced_and_never_written_through_a_link() {
     let folder = tempfile::tempdir().unwrap();
     let precious = folder.path().join("precious");
     fs::write(&precious, "precious").unwrap();
-    let state = StateDir::open(folder.path()).unwrap();
+    let state = opened(folder.path());
     let mut bench = Bench::new(&state);
     symlink(&precious, folder.path().join(".ag03-1-005.eeprom.tmp")).unwrap();
     assert_eq!(bench.write_v_pos(70), (0x13EC, 70));
@@ -396,7 +396,7 @@ fn a_file_is_replaced_and_never_written_through_a_link() {
 #[test]
 fn a_drive_that_is_dropped_runs_out_and_is_found_where_it_stopped() {
     let folder = tempfile::tempdir().unwrap();
-    let state = StateDir::open(folder.path()).unwrap();
+    let state = opened(folder.path());
     let mut bench = Bench::new(&state);
     let exchange =
         |bench: &mut Bench, stw| bench.request(None, &[0, 0, 0, 0, 0, 0, 0, 0, 0, stw, 0, 1, 0, 0]);
@@ -409,10 +409,23 @@ fn a_drive_that_is_dropped_runs_out_and_is_found_where_it_stopped() {
     assert!(travelled > 1000, "{travelled}, {inputs:02X?}");
     drop(bench);
     drop(state);
-    let state = StateDir::open(folder.path()).unwrap();
+    let state = opened(folder.path());
     let found = state.load(config(), Instant::ZERO).unwrap().unit().status().position;
     assert!(found > travelled && found < travelled + 1000, "{travelled}, then {found}");
     assert!(matches!(StateDir::open(folder.path()), Err(StateDirError::InUse { .. })));
+}
+
+/// The folder, once it is free: a program that another test starts right now has its lock until it runs.
+fn opened(folder: &Path) -> StateDir {
+    let start = std::time::Instant::now();
+    loop {
+        match StateDir::open(folder) {
+            Err(StateDirError::InUse { .. }) if start.elapsed() < Duration::from_secs(10) => {
+                std::thread::yield_now();
+            }
+            opened => return opened.unwrap(),
+        }
+    }
 }
 
 /// Writes v-Pos as the panel does, without the bus.
@@ -430,7 +443,7 @@ fn v_pos(drive: &Stored<Device>) -> i32 {
 #[test]
 fn a_drive_removed_and_added_again_is_as_it_was_however_slow_the_disk() {
     let folder = tempfile::tempdir().unwrap();
-    let state = StateDir::open(folder.path()).unwrap();
+    let state = opened(folder.path());
     for round in 0..100 {
         let mut drive = state.load(config(), Instant::ZERO).unwrap();
         set_v_pos(&mut drive, 50 + round % 50);
@@ -445,7 +458,7 @@ fn a_drive_removed_and_added_again_is_as_it_was_however_slow_the_disk() {
 #[test]
 fn a_file_belongs_to_one_drive_wherever_its_dip_switches_take_it() {
     let folder = tempfile::tempdir().unwrap();
-    let state = StateDir::open(folder.path()).unwrap();
+    let state = opened(folder.path());
     let mut moved = state.load(config(), Instant::ZERO).unwrap();
     moved.unit_mut().power_off(Instant::from_millis(1));
     moved.unit_mut().set_switches(Address::station(6).unwrap().into());
