@@ -51,6 +51,7 @@ impl Look {
     }
 
     /// There is something, whatever the sleep saw.
+    #[cfg(target_os = "linux")]
     pub(in crate::host) fn has_something(&self) {
         self.something.set(true);
     }
