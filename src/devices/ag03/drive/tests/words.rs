@@ -60,7 +60,8 @@ fn pattern(text: &str) -> (u16, u16) {
 }
 
 /// The table at the end of section 8; `s` stands for supply ok, `t` for a shaft that stands (Table 14, bit 13: the
-/// charts print what a standing drive shows).
+/// charts print what a standing drive shows), `l` for a shaft beyond a limit that was programmed during the job (row 34b),
+/// `r` for one that is not and so is ready to travel.
 fn printed(status: &Status) -> (u16, u16) {
     let velocity = status.mode == Mode::Velocity;
     let s = if status.supply_ok { "11" } else { "00" };
@@ -73,9 +74,9 @@ fn printed(status: &Status) -> (u16, u16) {
         }
         State::OperationEnabled(_) => ("xx1x 1x11 x011 0111", "x0t1 111x x011 0111"),
         State::TravelActive | State::Pausing { .. } | State::Stopping => {
-            ("000x 1x1x x011 0111", "impossible")
+            ("0l0x 1x1x x011 0111", "impossible")
         }
-        State::Paused { .. } => ("101x 1x11 x011 0111", "impossible"),
+        State::Paused { .. } => ("rl1x 1x11 x011 0111", "impossible"),
         State::Inching(_) => ("0x0x 1x1x x011 0111", "impossible"),
         State::VelocityTravelling => ("impossible", "00t1 111x x011 0111"),
         State::Fault => ("0x1x 1x1x x01x 10ss", "00t1 111x x01x 10ss"),
@@ -84,7 +85,8 @@ fn printed(status: &Status) -> (u16, u16) {
     let text = if velocity { velocity_text } else { positioning_text };
     assert_ne!(text, "impossible", "{status:?}");
     let t = if status.moving { "0" } else { "1" };
-    pattern(&text.replace("ss", s).replace('t', t))
+    let (l, r) = if status.above_upper_limit || status.below_lower_limit { ("1", "0") } else { ("0", "1") };
+    pattern(&text.replace("ss", s).replace('t', t).replace('l', l).replace('r', r))
 }
 
 /// The printed pattern holds for this status.
