@@ -390,8 +390,12 @@ fn ended_by(signal: &str, arguments: &[&str], code: i32) {
     emulator.works("5", &["write", "1003", "100"]);
     let mut moving = Running::start(emulator.command("5", &[arguments, &["-v"]].concat()));
     let mut stderr = moving.taken();
-    // So that it is seen turning; when it is stopped earlier, that is as well.
-    thread::sleep(Duration::from_millis(500));
+    if code == 0 {
+        moving.until("Ctrl-C ends it");
+    } else {
+        // So that it is seen turning; when it is stopped earlier, that is as well.
+        thread::sleep(Duration::from_millis(500));
+    }
     moving.signal(signal);
     let (ended, stdout, _) = moving.end();
     let mut rest = String::new();

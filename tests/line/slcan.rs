@@ -295,9 +295,12 @@ fn l_01_every_command_in_either_case_split_and_joined() {
             master.write(&[octet]);
         }
         master.expect_only(b"", &answers);
-        thread::sleep(Duration::from_millis(20));
-        let (line, _) = line.end();
-        // Four each time: by line, joined, octet by octet.
+        let (mut line, _) = line.end();
+        // Four each time: by line, joined, octet by octet. The last may still wait for the bus.
+        let (ended, stop) = (Wall::now(), Stop::new().unwrap());
+        while line.bus().counters().frames < 12 && ended.elapsed() < PATIENCE {
+            line.turn(Stay::Awake, &stop, &mut |_| {}).unwrap();
+        }
         assert_eq!(line.bus().counters().frames, 12);
         assert_eq!(line.bus().counters().remote, 6);
     }

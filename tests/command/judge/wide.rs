@@ -16,7 +16,7 @@ fn judged(stations: &[u8], few: &[&str], many: &[&str]) {
     let specs: Vec<String> =
         stations.iter().map(|number| format!("{number},ident=1234,cfg=2313,prm=0102,groups=01")).collect();
     let mut arguments = vec!["--link", &link, "--master", "2", "--slot", "100", "--retries", "2"];
-    arguments.extend(["--watchdog", "2500"]);
+    arguments.extend(["--watchdog", "6000"]);
     arguments.extend(specs.iter().flat_map(|spec| ["--station", spec]));
     let all = std::env::var_os("PROFIDRIVE_EVERY_ROW").is_some();
     let rows = if all { many } else { few }.join(",");
@@ -26,8 +26,8 @@ fn judged(stations: &[u8], few: &[&str], many: &[&str]) {
     let (child, ready, stdout) = start(&arguments);
     let listed: Vec<String> = stations.iter().map(ToString::to_string).collect();
     assert!(ready.ends_with(&format!(" stations={}\n", listed.join(","))), "{ready}");
-    // A busy machine may take a second for a cycle.
-    let watchdog = Duration::from_millis(2500);
+    // A busy machine may take two seconds for a cycle.
+    let watchdog = Duration::from_secs(6);
     let settings = Settings { watchdog, ..Settings::new(stations, Duration::from_millis(100)) };
     let _master = Running::configured(&bus, settings);
     passed(stdout, child, few);
