@@ -6,7 +6,9 @@
 //! | [`ap10`] | the position indicator SIKO AP10 |
 //! | [`asda_a2`] | the servo Delta ASDA-A2 |
 //! | `from_eds` | any node on CANopen that an EDS or a DCF describes |
+//! | `cia402_drive` | any drive of CiA 402, without a bus |
 //! | [`ppo_drive`] | any drive with variable speed of PROFIDRIVE version 2 |
+//! | `servo` | motor, load and motion of any servo drive |
 //! | `node` | [`CanopenDevice`]: what a host asks of any device on CANopen |
 //! | `plain_node` | [`PlainNode`]: any device on CANopen that has no clock of its own |
 //! | `plain_station` | [`PlainStation`]: any device on PROFIBUS that makes inputs of outputs |
@@ -18,6 +20,8 @@
 pub mod ag03;
 pub mod ap10;
 pub mod asda_a2;
+#[cfg(feature = "std")]
+pub(crate) mod cia402_drive;
 mod drive_state;
 #[cfg(feature = "std")]
 pub mod from_eds;
@@ -26,6 +30,7 @@ mod plain_node;
 mod plain_station;
 pub mod ppo_drive;
 pub(crate) mod reasons;
+mod servo;
 mod station_event;
 pub mod vocabulary;
 

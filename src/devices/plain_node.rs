@@ -1,4 +1,4 @@
-//! A device on CANopen that has no clock of its own: an application behind a node.
+//! A device on CANopen that is an application behind a node.
 
 use super::CanopenDevice;
 use crate::can_bus::can::Frame;
@@ -7,8 +7,8 @@ use crate::can_bus::canopen::{Application, Node, Policy};
 use crate::face::Description;
 use crate::time::Instant;
 
-/// A [`CanopenDevice`] of an application that changes only when the bus or its surroundings act on it: inputs and
-/// outputs, a counter, a valve. What moves or measures by itself has its own deadlines and implements `CanopenDevice`.
+/// A [`CanopenDevice`] of an application: inputs and outputs, a counter, a valve. What moves or measures by itself says when
+/// it is due ([`Application::poll_timeout`]); a device that does more than its dictionary implements `CanopenDevice`.
 #[derive(Clone, Debug)]
 pub struct PlainNode<A> {
     node: Node,
@@ -29,6 +29,7 @@ impl<A: Application + Description + Send> CanopenDevice for PlainNode<A> {
 
     /// What changes is sent as the mappings say.
     fn act(&mut self, now: Instant, act: &mut dyn FnMut(&mut dyn Description)) {
+        self.application.advance(now);
         act(&mut self.application);
         self.node.handle_change(now, &mut self.application);
     }
@@ -46,18 +47,26 @@ impl<A: Application + Description + Send> CanopenDevice for PlainNode<A> {
     }
 
     fn power_on(&mut self, now: Instant) {
+        self.application.advance(now);
         self.node.power_on(now, &mut self.application);
     }
 
     fn power_off(&mut self, _: Instant) {
+        self.application.power_off();
         self.node.power_off();
     }
 
     fn handle_frame(&mut self, now: Instant, frame: &Frame) {
+        self.application.advance(now);
         self.node.handle_frame(now, frame, &mut self.application);
     }
 
     fn handle_timeout(&mut self, now: Instant) {
+        self.application.advance(now);
         self.node.handle_timeout(now, &mut self.application);
+    }
+
+    fn poll_timeout(&self) -> Option<Instant> {
+        Instant::first_of(self.node.poll_timeout(), self.application.poll_timeout())
     }
 }

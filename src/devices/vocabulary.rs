@@ -70,10 +70,14 @@ pub(crate) fn cia_402_choice(at: Address, number: i64) -> Option<&'static str> {
     }
     match i8::try_from(number).ok().and_then(Mode::of)? {
         Mode::ProfilePosition => Some("profile position"),
+        Mode::Velocity => Some("velocity"),
         Mode::ProfileVelocity => Some("profile velocity"),
         Mode::ProfileTorque => Some("profile torque"),
         Mode::Homing => Some("homing"),
         Mode::InterpolatedPosition => Some("interpolated position"),
+        Mode::CyclicPosition => Some("cyclic synchronous position"),
+        Mode::CyclicVelocity => Some("cyclic synchronous velocity"),
+        Mode::CyclicTorque => Some("cyclic synchronous torque"),
     }
 }
 

@@ -24,7 +24,10 @@ const TABLE: &[(&str, &[&str])] = &[
     ("devices::ag03::drive", &["devices::ag03::param", "time"]),
     ("devices::ag03::unit", &["devices::ag03::drive", "devices::ag03::param", "face", "image", "time"]),
     ("devices::ap10", &["face", "time"]),
-    ("devices::asda_a2", &["can_bus::cia402", "face", "time"]),
+    // Motor, load and motion of any servo drive; a drive of the profile, and one that can be bought.
+    ("devices::servo", &["face"]),
+    ("devices::cia402_drive", &["can_bus::cia402", "devices::servo", "face", "time"]),
+    ("devices::asda_a2", &["can_bus::cia402", "devices::servo", "face", "time"]),
     ("devices::ppo_drive", &[]),
     ("devices::ppo_drive::profile", &["devices::ppo_drive", "face", "profibus::ppo"]),
     ("devices", &["can_bus", "devices", "face", "profibus", "time"]),
@@ -124,7 +127,8 @@ const NAMES_A_DEVICE: &[(&str, &str)] = &[
 
 #[test]
 fn a_face_names_no_kind_of_device_but_where_it_must() {
-    let kinds = ["ag03", "ap10", "asda_a2", "from_eds", "ppo_drive"].map(|kind| format!("devices::{kind}"));
+    let kinds = ["ag03", "ap10", "asda_a2", "cia402_drive", "from_eds", "ppo_drive"]
+        .map(|kind| format!("devices::{kind}"));
     let mut unused: Vec<_> = NAMES_A_DEVICE.iter().map(|(file, _)| *file).collect();
     let mut breaches = Vec::new();
     for file in ["command", "metrics", "panel"].into_iter().flat_map(files_of) {

@@ -68,6 +68,7 @@ mod drive_faults;
 mod drive_log;
 mod drive_states;
 #[cfg(feature = "std")]
+mod eds_drive;
 mod eds_files;
 #[cfg(feature = "std")]
 mod eds_node;

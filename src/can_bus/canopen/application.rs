@@ -72,6 +72,19 @@ pub trait Application {
     /// Something happened on the bus.
     fn notice(&mut self, now: Instant, notice: Notice);
 
+    /// What moves or measures by itself goes on up to `now`. Called before everything else.
+    fn advance(&mut self, now: Instant) {
+        let _ = now;
+    }
+
+    /// When [`advance`](Self::advance) is due; `None`: nothing goes on by itself.
+    fn poll_timeout(&self) -> Option<Instant> {
+        None
+    }
+
+    /// The supply is switched off.
+    fn power_off(&mut self) {}
+
     /// What the device wants of its node, oldest first. Asked after everything the node does.
     fn poll_request(&mut self) -> Option<Request> {
         None

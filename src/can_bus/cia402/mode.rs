@@ -5,6 +5,8 @@
 pub enum Mode {
     /// 1: to positions, each with a profile.
     ProfilePosition,
+    /// 2: at speeds, of frequency converters.
+    Velocity,
     /// 3: at speeds.
     ProfileVelocity,
     /// 4: with torques.
@@ -13,6 +15,12 @@ pub enum Mode {
     Homing,
     /// 7: positions with each SYNC.
     InterpolatedPosition,
+    /// 8: a position in each cycle.
+    CyclicPosition,
+    /// 9: a speed in each cycle.
+    CyclicVelocity,
+    /// 10: a torque in each cycle.
+    CyclicTorque,
 }
 
 impl Mode {
@@ -20,11 +28,15 @@ impl Mode {
     pub(crate) const fn of(code: i8) -> Option<Self> {
         match code {
             1 => Some(Self::ProfilePosition),
+            2 => Some(Self::Velocity),
             3 => Some(Self::ProfileVelocity),
             4 => Some(Self::ProfileTorque),
             6 => Some(Self::Homing),
             7 => Some(Self::InterpolatedPosition),
-            ..=0 | 2 | 5 | 8.. => None,
+            8 => Some(Self::CyclicPosition),
+            9 => Some(Self::CyclicVelocity),
+            10 => Some(Self::CyclicTorque),
+            ..=0 | 5 | 11.. => None,
         }
     }
 
@@ -32,10 +44,14 @@ impl Mode {
     pub const fn code(self) -> i8 {
         match self {
             Self::ProfilePosition => 1,
+            Self::Velocity => 2,
             Self::ProfileVelocity => 3,
             Self::ProfileTorque => 4,
             Self::Homing => 6,
             Self::InterpolatedPosition => 7,
+            Self::CyclicPosition => 8,
+            Self::CyclicVelocity => 9,
+            Self::CyclicTorque => 10,
         }
     }
 }
@@ -52,6 +68,6 @@ mod tests {
             assert_eq!(mode.code(), code);
             bits |= 1 << (code - 1);
         }
-        assert_eq!(bits, 0x6D);
+        assert_eq!(bits, 0x3EF);
     }
 }

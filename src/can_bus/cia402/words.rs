@@ -109,9 +109,9 @@ bits! { Controlword {
     QUICK_STOP = 2: "no quick stop";
     ENABLE_OPERATION = 3: "enable operation";
     NEW_SET_POINT = 4: "new set-point" in ProfilePosition, "homing operation start" in Homing,
-        "enable interpolation" in InterpolatedPosition;
-    CHANGE_IMMEDIATELY = 5: "change set immediately" in ProfilePosition;
-    RELATIVE = 6: "relative" in ProfilePosition;
+        "enable interpolation" in InterpolatedPosition, "enable ramp" in Velocity;
+    CHANGE_IMMEDIATELY = 5: "change set immediately" in ProfilePosition, "unlock ramp" in Velocity;
+    RELATIVE = 6: "relative" in ProfilePosition, "reference ramp" in Velocity;
     FAULT_RESET = 7: "fault reset";
     HALT = 8: "halt";
 } }
@@ -132,7 +132,10 @@ bits! { Statusword {
     HOMING_ATTAINED = 12: "homing attained" in Homing;
     IP_ACTIVE = 12: "interpolation active" in InterpolatedPosition;
     ZERO_SPEED = 12: "speed is zero" in ProfileVelocity;
-    FOLLOWING_ERROR = 13: "following error" in ProfilePosition, "maximum slippage" in ProfileVelocity;
+    FOLLOWS_COMMAND = 12: "drive follows the command" in CyclicPosition, "drive follows the command" in CyclicVelocity,
+        "drive follows the command" in CyclicTorque;
+    FOLLOWING_ERROR = 13: "following error" in ProfilePosition, "maximum slippage" in ProfileVelocity,
+        "following error" in CyclicPosition;
     HOMING_ERROR = 13: "homing error" in Homing;
 } }
 

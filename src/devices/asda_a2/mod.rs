@@ -15,27 +15,18 @@
 //! | [`settings`] | every value that can be set, with its names on CANopen |
 //! | `on_canopen` | how a setting looks there |
 //! | `stored` | parameters without effect |
-//! | [`inputs`] | load, switches, supply |
-//! | [`plant`] | motor and load |
-//! | `profile` | motion with limited velocity and accelerations |
-//! | `position` | set-points of the profile position mode |
-//! | `homing` | every homing method |
 //! | `interpolation` | positions from SYNC to SYNC |
+//! | `servo` beside it | load, plant, profiles, set-points, homing of any servo drive |
 //! | `machine` | states, alarms and what they do to the motion |
 //! | `motion` | what each mode demands in a step |
 //! | [`status`] | statusword and actual values |
 
 pub mod alarm;
 pub mod canopen;
-mod homing;
-pub mod inputs;
 mod interpolation;
 mod machine;
 mod motion;
 mod on_canopen;
-pub mod plant;
-mod position;
-mod profile;
 pub mod settings;
 pub mod status;
 mod stored;
@@ -44,11 +35,13 @@ use core::time::Duration;
 
 use heapless::{Deque, Vec};
 
+pub use super::servo::{inputs, plant};
 pub use alarm::{Alarm, Clearing, Effect};
 pub use inputs::{Axis, Closed, Inputs, Switches};
 pub use plant::Constants;
 pub use settings::{Digit, Setting, Settings};
 
+use super::servo::{homing, position, profile};
 use crate::can_bus::cia402::{Controlword, Mode, State};
 use crate::time::Instant;
 use machine::Stopping;

@@ -45,7 +45,10 @@ const CYCLE_MICROS: core::ops::RangeInclusive<i64> = 1000..=20_000;
 impl Servo {
     pub(super) const fn motion_of(&self, mode: Option<Mode>) -> Motion {
         match mode {
-            None => Motion::Hold,
+            None
+            | Some(Mode::Velocity | Mode::CyclicPosition | Mode::CyclicVelocity | Mode::CyclicTorque) => {
+                Motion::Hold
+            }
             Some(Mode::ProfilePosition) => Motion::Position(SetPoints::resting(self.demand.position)),
             Some(Mode::ProfileVelocity) => Motion::Velocity,
             Some(Mode::ProfileTorque) => Motion::Torque,

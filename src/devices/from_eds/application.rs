@@ -6,7 +6,7 @@ use crate::can_bus::canopen::address::Sub;
 use crate::can_bus::canopen::application::MAX_BESIDE;
 use crate::can_bus::canopen::dictionary::Object;
 use crate::can_bus::canopen::{
-    Abort, Address, Application, NodeId, Notice, Part, Reset, Source, Value, Written,
+    Abort, Address, Application, NodeId, Notice, Part, Request, Reset, Source, Value, Written,
 };
 use crate::time::Instant;
 
@@ -29,12 +29,22 @@ impl Application for FromEds {
 
     fn read(&self, at: Address) -> Result<Value<'_>, Abort> {
         let (place, row) = self.row(at)?;
-        self.memory.read(place, row).ok_or(Abort::INTERNAL)
+        match self.driven(row) {
+            Some(value) => Ok(value),
+            None => self.memory.read(place, row).ok_or(Abort::INTERNAL),
+        }
     }
 
-    fn write(&mut self, _: Instant, at: Address, value: Value<'_>, source: Source) -> Result<Written, Abort> {
+    fn write(
+        &mut self,
+        now: Instant,
+        at: Address,
+        value: Value<'_>,
+        source: Source,
+    ) -> Result<Written, Abort> {
         let (place, row) = self.row(at)?;
         row.judge(value, self.node)?;
+        self.judge_driven(row, value)?;
         value.with_octets(|octets| match source {
             Source::Image => {
                 self.memory.keep(place, octets);
@@ -42,6 +52,7 @@ impl Application for FromEds {
             }
             Source::Sdo | Source::Rpdo(_) => self.memory.set(place, row, octets),
         })?;
+        self.drive_written(now, row, value, source);
         Ok(Written::Done)
     }
 
@@ -58,7 +69,7 @@ impl Application for FromEds {
         Ok(Written::Done)
     }
 
-    fn notice(&mut self, _: Instant, notice: Notice) {
+    fn notice(&mut self, now: Instant, notice: Notice) {
         if let Notice::Reset(reset) = notice {
             if reset == Reset::PowerOn {
                 self.next = self.kept;
@@ -86,6 +97,27 @@ impl Application for FromEds {
             | Notice::HistoryCleared
             | Notice::NotStored => {}
         }
+        self.notice_driven(now, notice);
+    }
+
+    fn advance(&mut self, now: Instant) {
+        if let Some(driven) = &mut self.drive {
+            driven.advance(now);
+        }
+    }
+
+    fn poll_timeout(&self) -> Option<Instant> {
+        self.drive.as_ref()?.drive.poll_timeout()
+    }
+
+    fn power_off(&mut self) {
+        if let Some(driven) = &mut self.drive {
+            driven.power_off();
+        }
+    }
+
+    fn poll_request(&mut self) -> Option<Request> {
+        self.drive.as_mut()?.poll_request()
     }
 
     fn store(&mut self, _: Instant, group: Sub) -> Result<Written, Abort> {

@@ -1,17 +1,26 @@
 //! Values and inputs of a node from a file. Those that the device only tells are set from outside: what it measures is the
 //! business of whoever tests a master.
 
+use core::fmt;
+
 use super::FromEds;
 use super::dictionary::{Dictionary, Row};
 use crate::can_bus::canopen::value::{DataType, ValueKind};
 use crate::can_bus::canopen::{Address, Value};
+use crate::can_bus::cia402::Mode;
+use crate::devices::cia402_drive::{Actual, Drive, Fault};
 use crate::face::description::{self, Amount, Curve, Description, Group};
-use crate::face::surroundings::{Input, Level, Surroundings};
+use crate::face::surroundings::{Declined, Input, Level, Provocable, Surroundings};
+use crate::face::{DriveState, Why};
 use crate::time::Instant;
 
 impl FromEds {
     fn number(&self, place: usize, row: &Row) -> Option<f64> {
-        self.memory.read(place, row).and_then(as_f64)
+        self.driven(row).or_else(|| self.memory.read(place, row)).and_then(as_f64)
+    }
+
+    fn drive(&self) -> Option<&Drive> {
+        Some(&self.drive.as_ref()?.drive)
     }
 }
 
@@ -22,7 +31,35 @@ fn inputs(dictionary: &'static Dictionary) -> impl Iterator<Item = (usize, &'sta
 }
 
 impl Surroundings for FromEds {
+    fn each_fault(&self, tell: &mut dyn FnMut(Provocable<'_>)) {
+        let Some(drive) = self.drive() else { return };
+        for fault in Fault::all() {
+            let present = drive.fault() == Some(fault);
+            let name = format_args!("{:04X}", fault.0);
+            tell(Provocable { name: &name, text: &fault.text(), present, provoked: present });
+        }
+    }
+
+    fn provoke(&mut self, now: Instant, fault: &str) -> Result<(), Declined> {
+        let driven = self.drive.as_mut().ok_or(Declined::Unknown)?;
+        let fault = Fault::named(fault).ok_or(Declined::Unknown)?;
+        if driven.nmt.is_none() {
+            return Err(Declined::SwitchedOff);
+        }
+        driven.advance(now);
+        driven.drive.raise(fault);
+        Ok(())
+    }
+
+    fn take_back(&mut self, _: Instant, fault: &str) -> Result<(), Declined> {
+        // Only its reset ends a fault whose cause was a moment.
+        self.drive().and_then(|_| Fault::named(fault)).map(|_| ()).ok_or(Declined::Unknown)
+    }
+
     fn each_input(&self, tell: &mut dyn FnMut(&Input, Level)) {
+        if let Some(drive) = self.drive() {
+            drive.each_input(tell);
+        }
         for (place, row, input) in inputs(self.dictionary) {
             let number = self.number(place, row).unwrap_or_default();
             let is_switch = row.table.data == DataType::Boolean;
@@ -31,6 +68,9 @@ impl Surroundings for FromEds {
     }
 
     fn set_input(&mut self, _: Instant, name: &str, level: Level) {
+        if self.drive.as_mut().is_some_and(|driven| driven.drive.set_input(name, level)) {
+            return;
+        }
         let Some((place, row, _)) = inputs(self.dictionary).find(|(_, _, input)| input.name == name) else {
             return;
         };
@@ -45,6 +85,9 @@ impl Surroundings for FromEds {
     }
 
     fn nominal(&self, name: &str) -> Option<Level> {
+        if let Some(level) = self.drive().and_then(|_| Drive::nominal(name)) {
+            return Some(level);
+        }
         let (_, row, _) = inputs(self.dictionary).find(|(_, _, input)| input.name == name)?;
         let octets = row.file.octets(self.node);
         let number = row.table.data.decode(&octets).and_then(as_f64)?;
@@ -53,6 +96,9 @@ impl Surroundings for FromEds {
     }
 
     fn make_nominal(&mut self, _: Instant) {
+        if let Some(driven) = &mut self.drive {
+            driven.drive.make_nominal();
+        }
         for (place, row, _) in inputs(self.dictionary) {
             self.memory.make_default(place, row);
         }
@@ -62,7 +108,23 @@ impl Surroundings for FromEds {
         &self.dictionary.words
     }
 
+    fn is_drive(&self) -> bool {
+        self.drive.is_some()
+    }
+
+    fn drive_state(&self) -> Option<DriveState> {
+        let driven = self.drive.as_ref()?;
+        Some(driven.nmt.map_or(DriveState::Off, |_| driven.drive.state().into()))
+    }
+
+    fn why(&self) -> Option<&dyn Why> {
+        Some(self.drive.as_ref()?)
+    }
+
     fn mode(&self) -> i64 {
+        if let Some(drive) = self.drive() {
+            return drive.mode().map_or(0, Mode::code).into();
+        }
         let shown = self.dictionary.place(Address::new(0x6061, 0));
         let value = shown.and_then(|place| self.memory.read(place, self.dictionary.rows.get(place)?));
         value.and_then(Value::number).unwrap_or_default()
@@ -70,7 +132,22 @@ impl Surroundings for FromEds {
 }
 
 impl Description for FromEds {
+    fn say_state(&self, say: &mut dyn FnMut(&dyn fmt::Display)) {
+        if let Some(drive) = self.drive() {
+            say(&drive.state());
+        }
+    }
+
+    fn tell_fault(&self, tell: &mut dyn FnMut(&dyn fmt::Display, &dyn fmt::Display)) {
+        if let Some(fault) = self.drive().and_then(Drive::fault) {
+            tell(&format_args!("{:04X}", fault.0), &fault.text());
+        }
+    }
+
     fn each_value(&self, tell: &mut dyn FnMut(description::Value<'_>)) {
+        if let Some(drive) = self.drive() {
+            each_motion(drive, tell);
+        }
         for (place, row) in self.dictionary.rows.iter().enumerate() {
             let Some(key) = row.key else { continue };
             let amount = Amount::from(self.number(place, row));
@@ -79,6 +156,20 @@ impl Description for FromEds {
             tell(description::Value { headline: row.headline, ..value.curve(curve) });
         }
     }
+}
+
+/// Where the shaft is, how fast and how strong, whatever objects the file has for it.
+fn each_motion(drive: &Drive, tell: &mut dyn FnMut(description::Value<'_>)) {
+    let value = |key, name, amount| {
+        description::Value::new(key, name, Group::Motion, Amount::Number(amount)).curve(Curve::Own)
+    };
+    let units = |actual| drive.actual(actual) as f64;
+    tell(value("position", "Position", units(Actual::Position)).headline());
+    tell(value("speed", "Speed", drive.motor_rpm()).unit("rpm").digits(1).headline());
+    tell(value("torque", "Torque", drive.torque_percent()).unit("%").digits(1));
+    let target = value("target", "Position demanded", units(Actual::PositionDemand));
+    tell(target.curve(Curve::SetpointOf("position")));
+    tell(value("following_error", "Following error", units(Actual::FollowingError)).curve(Curve::None));
 }
 
 #[expect(clippy::cast_precision_loss, reason = "for people")]

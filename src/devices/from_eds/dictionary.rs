@@ -3,6 +3,7 @@
 //! A node reads tables that live as long as the program. Those of a file are made once and held until the program ends; who
 //! makes them limits how many.
 
+use super::drive::{self, Role};
 use crate::can_bus::canopen::address::Sub;
 use crate::can_bus::canopen::dictionary::{
     self, Access, Default, Home, Limits, Mapping, Object, ObjectType, Writable,
@@ -56,6 +57,8 @@ pub(super) struct Row {
     pub(super) file: &'static eds::Entry,
     /// The table has no such limits: the device judges.
     pub(super) judged_here: bool,
+    /// What it is to the drive of the file.
+    pub(super) role: Role,
     /// What can be set from outside.
     pub(super) input: Option<Input>,
     /// Its name for programs, of those that are shown.
@@ -70,7 +73,9 @@ impl Dictionary {
         let eds: &'static Eds = Box::leak(Box::new(eds));
         let has_store = eds.objects.contains_key(&STORE);
         let (mut objects, mut starts, mut rows) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut headlines, mut curves) = (0..HEADLINES, 0..CURVES);
+        let is_driven = drive::is_driven(eds);
+        // The drive has its own.
+        let (mut headlines, mut curves) = if is_driven { (0..0, 0..0) } else { (0..HEADLINES, 0..CURVES) };
         for object in eds.objects.values() {
             let entries: Vec<_> = object
                 .entries
@@ -86,7 +91,11 @@ impl Dictionary {
                     table.data.kind() != ValueKind::Text && table.data.kind() != ValueKind::Octets;
                 let is_own = object.index.0 >= FIRST_OWN && is_number;
                 let is_shown = is_own && file.mappable;
-                let is_measured = is_own && file.rights == Rights::ReadOnly && !is_count(object, table.sub);
+                let role = if is_driven { Role::of(eds, at, table) } else { Role::Value };
+                let is_measured = is_own
+                    && file.rights == Rights::ReadOnly
+                    && role == Role::Value
+                    && !is_count(object, table.sub);
                 let key = (is_shown || is_measured).then(|| key(object, at));
                 let input = key.filter(|_| is_measured).map(|key| input(key, name(object, table), table));
                 rows.push(Row {
@@ -94,6 +103,7 @@ impl Dictionary {
                     table,
                     file,
                     judged_here,
+                    role,
                     input,
                     key: key.filter(|_| is_shown),
                     headline: is_shown && is_measured && headlines.next().is_some(),

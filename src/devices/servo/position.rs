@@ -4,17 +4,17 @@ use super::profile::{Demand, Ramp};
 
 /// A target with what belongs to it, taken when the controlword says so.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct SetPoint {
+pub(crate) struct SetPoint {
     /// Increments.
-    pub(super) target: f64,
+    pub(crate) target: f64,
     /// What the target counts from.
-    pub(super) from: From,
-    pub(super) ramp: Ramp,
+    pub(crate) from: From,
+    pub(crate) ramp: Ramp,
 }
 
 /// What a target counts from; of a relative one 60F2h says it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum From {
+pub(crate) enum From {
     /// The zero of the encoder.
     Zero,
     /// The target before.
@@ -27,7 +27,7 @@ pub(super) enum From {
 
 impl From {
     /// That of bits 0 and 1 of 60F2h (CiA 402); 3 is reserved.
-    pub(super) const fn of_option(code: i64) -> Self {
+    pub(crate) const fn of_option(code: i64) -> Self {
         match code & 0b11 {
             1 => Self::Demand,
             2 => Self::Shaft,
@@ -38,14 +38,14 @@ impl From {
 
 /// Where drive and shaft are when a set-point begins, increments.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Here {
-    pub(super) demand: f64,
-    pub(super) shaft: f64,
+pub(crate) struct Here {
+    pub(crate) demand: f64,
+    pub(crate) shaft: f64,
 }
 
 /// The set-points.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct SetPoints {
+pub(crate) struct SetPoints {
     running: Option<SetPoint>,
     waiting: Option<SetPoint>,
     /// Where the last set-point leads.
@@ -56,12 +56,12 @@ pub(super) struct SetPoints {
 
 impl SetPoints {
     /// Rest at `position`.
-    pub(super) const fn resting(position: f64) -> Self {
+    pub(crate) const fn resting(position: f64) -> Self {
         Self { running: None, waiting: None, target: position, taken: false }
     }
 
     /// Bit 4 rises. Returns whether the set-point was taken: not if one waits already.
-    pub(super) const fn take(&mut self, set_point: SetPoint, at_once: bool, here: Here) -> bool {
+    pub(crate) const fn take(&mut self, set_point: SetPoint, at_once: bool, here: Here) -> bool {
         if at_once {
             self.begin(set_point, here);
             self.waiting = None;
@@ -77,27 +77,27 @@ impl SetPoints {
     }
 
     /// Bit 4 falls.
-    pub(super) const fn release(&mut self) {
+    pub(crate) const fn release(&mut self) {
         self.taken = false;
     }
 
     /// Bit 12: the drive cannot take a set-point now, or its host has not released the last one.
-    pub(super) const fn acknowledges(&self) -> bool {
+    pub(crate) const fn acknowledges(&self) -> bool {
         self.taken || self.waiting.is_some()
     }
 
     /// Where the shaft shall be in the end.
-    pub(super) const fn target(&self) -> f64 {
+    pub(crate) const fn target(&self) -> f64 {
         self.target
     }
 
     /// No set-point runs.
-    pub(super) const fn is_done(&self) -> bool {
+    pub(crate) const fn is_done(&self) -> bool {
         self.running.is_none()
     }
 
     /// One step; the shaft keeps between `limits`. Returns the limit that ended it, -1 or 1, else 0.
-    pub(super) fn step(&mut self, demand: &mut Demand, shaft: f64, limits: (f64, f64), time: f64) -> i8 {
+    pub(crate) fn step(&mut self, demand: &mut Demand, shaft: f64, limits: (f64, f64), time: f64) -> i8 {
         let Some(running) = self.running else { return 0 };
         let target = self.target.clamp(limits.0, limits.1);
         if !demand.step_to(target, running.ramp, time) {

@@ -9,11 +9,11 @@
 
 use super::inputs::Inputs;
 
-/// Increments of the encoder per revolution (guide, chapter 3).
+/// Increments that positions are counted in, per revolution; the encoder of the ASDA-A2 has as many.
 pub const INCREMENTS_PER_REVOLUTION: f64 = 1_280_000.0;
 
 /// The gain of what a velocity loop is behind, 1/s.
-pub(super) const VELOCITY_GAIN: f64 = 200.0;
+pub(crate) const VELOCITY_GAIN: f64 = 200.0;
 
 /// The motor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,21 +69,21 @@ impl Default for Constants {
 
 /// The gains of the position loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Gains {
+pub(crate) struct Gains {
     /// Of the following error, 1/s.
-    pub(super) error: f64,
+    pub(crate) error: f64,
     /// Of the velocity demanded.
-    pub(super) forward: f64,
+    pub(crate) forward: f64,
 }
 
 impl Gains {
     /// Of a loop that follows a velocity.
-    pub(super) const OF_VELOCITY: Self = Self { error: VELOCITY_GAIN, forward: 1.0 };
+    pub(crate) const OF_VELOCITY: Self = Self { error: VELOCITY_GAIN, forward: 1.0 };
 }
 
 /// What the drive wants of the motor during a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Drive {
+pub(crate) enum Drive {
     /// Go this way from this position; increments.
     Position { from: f64, way: f64, gains: Gains },
     /// Give this torque in parts of the rated one, below this speed in increments/s.
@@ -96,30 +96,39 @@ pub(super) enum Drive {
 
 /// Motor and load.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Plant {
+pub(crate) struct Plant {
     constants: Constants,
     /// Increments from where the shaft was when the plant was made.
-    pub(super) position: f64,
+    pub(crate) position: f64,
     /// Increments/s.
-    pub(super) velocity: f64,
+    pub(crate) velocity: f64,
     /// Torque of the motor in parts of the rated one.
-    pub(super) torque: f64,
+    pub(crate) torque: f64,
+    /// The most torque that the drive gives now, in parts of the rated one; above the peak it is the peak.
+    pub(crate) limit: f64,
     /// How much of the overload time is used, 1 is all of it.
-    pub(super) heat: f64,
+    pub(crate) heat: f64,
 }
 
 impl Plant {
-    pub(super) fn new(constants: Constants) -> Self {
-        Self { constants: constants.positive(), position: 0.0, velocity: 0.0, torque: 0.0, heat: 0.0 }
+    pub(crate) fn new(constants: Constants) -> Self {
+        Self {
+            constants: constants.positive(),
+            position: 0.0,
+            velocity: 0.0,
+            torque: 0.0,
+            limit: f64::INFINITY,
+            heat: 0.0,
+        }
     }
 
     /// Whether nothing changes by itself.
-    pub(super) fn rests(&self) -> bool {
+    pub(crate) fn rests(&self) -> bool {
         self.velocity == 0.0 && self.heat == 0.0
     }
 
     /// Whether the shaft stands: what moves it less than an increment in a second is held by its friction.
-    pub(super) fn comes_to_rest(&mut self) -> bool {
+    pub(crate) fn comes_to_rest(&mut self) -> bool {
         let stands = self.velocity.abs() < 1.0;
         if stands {
             self.velocity = 0.0;
@@ -128,10 +137,10 @@ impl Plant {
     }
 
     /// Lets `time` seconds pass.
-    pub(super) fn advance(&mut self, time: f64, drive: Drive, inputs: &Inputs) {
+    pub(crate) fn advance(&mut self, time: f64, drive: Drive, inputs: &Inputs) {
         // Nm per increment/s^2.
         let inertia = self.constants.inertia * core::f64::consts::TAU / INCREMENTS_PER_REVOLUTION;
-        let peak = self.constants.peak * self.constants.rated_torque;
+        let peak = self.constants.peak.min(self.limit.max(0.0)) * self.constants.rated_torque;
         let friction = inputs.friction_torque.max(0.0);
         let before = self.velocity;
         let (motor, damping, top) = match drive {
@@ -173,7 +182,7 @@ impl Plant {
     }
 }
 
-pub(super) fn sign(value: f64) -> f64 {
+pub(crate) fn sign(value: f64) -> f64 {
     if value > 0.0 {
         1.0
     } else if value < 0.0 {
@@ -184,12 +193,12 @@ pub(super) fn sign(value: f64) -> f64 {
 }
 
 /// `value` nearer to zero by `step`, at most to zero.
-pub(super) fn toward_zero(value: f64, step: f64) -> f64 {
+pub(crate) fn toward_zero(value: f64, step: f64) -> f64 {
     approach(value, 0.0, step)
 }
 
 /// `value` nearer to `end` by `step`, at most to it.
-pub(super) fn approach(value: f64, end: f64, step: f64) -> f64 {
+pub(crate) fn approach(value: f64, end: f64, step: f64) -> f64 {
     if (end - value).abs() <= step { end } else { value + step * sign(end - value) }
 }
 

@@ -4,22 +4,22 @@ use super::plant::{approach, sign};
 
 /// What a motion may do; increments/s, increments/s^2, all above zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Ramp {
-    pub(super) velocity: f64,
-    pub(super) acceleration: f64,
-    pub(super) deceleration: f64,
+pub(crate) struct Ramp {
+    pub(crate) velocity: f64,
+    pub(crate) acceleration: f64,
+    pub(crate) deceleration: f64,
 }
 
 /// What the drive demands of the shaft: increments, increments/s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Demand {
-    pub(super) position: f64,
-    pub(super) velocity: f64,
+pub(crate) struct Demand {
+    pub(crate) position: f64,
+    pub(crate) velocity: f64,
 }
 
 impl Demand {
     /// One step of `time` seconds towards `target`. Returns whether it is there, at rest.
-    pub(super) fn step_to(&mut self, target: f64, ramp: Ramp, time: f64) -> bool {
+    pub(crate) fn step_to(&mut self, target: f64, ramp: Ramp, time: f64) -> bool {
         let left = target - self.position;
         let direction = sign(left);
         let (a, d) = (ramp.acceleration * time, ramp.deceleration * time);
@@ -48,7 +48,7 @@ impl Demand {
     }
 
     /// One step towards a velocity.
-    pub(super) fn step_velocity(&mut self, target: f64, acceleration: f64, deceleration: f64, time: f64) {
+    pub(crate) fn step_velocity(&mut self, target: f64, acceleration: f64, deceleration: f64, time: f64) {
         let faster = target.abs() > self.velocity.abs() && target * self.velocity >= 0.0;
         let rate = if faster { acceleration } else { deceleration };
         let end = if target * self.velocity < 0.0 { 0.0 } else { target };
@@ -65,7 +65,7 @@ fn braking_speed(way: f64, deceleration: f64, time: f64) -> f64 {
 }
 
 /// Increments/s^2 of a ramp of so many ms from 0 to 3000 rpm; 0 is at once.
-pub(super) fn acceleration(millis: i64) -> f64 {
+pub(crate) fn acceleration(millis: i64) -> f64 {
     let increments_per_second = 3000.0 / 60.0 * super::plant::INCREMENTS_PER_REVOLUTION;
     #[expect(clippy::cast_precision_loss, reason = "at most 32 bits")]
     let millis = if millis <= 0 { 1e-6 } else { millis as f64 };

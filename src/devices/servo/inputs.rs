@@ -1,6 +1,44 @@
 //! What the drive feels of its surroundings: load, switches, supply.
 
 use super::plant::INCREMENTS_PER_REVOLUTION;
+use crate::face::surroundings::{Input, InputKind, Level};
+
+/// The largest torque of a load, Nm.
+const MOST_TORQUE: f64 = 1000.0;
+
+const BLOCKED: Input = Input { name: "blocked", about: "the shaft cannot turn", kind: InputKind::Switch };
+const LOAD: Input = Input {
+    name: "load_torque_newton_metres",
+    about: "load against forward motion",
+    kind: InputKind::Number { low: -MOST_TORQUE, high: MOST_TORQUE, own: false },
+};
+const FRICTION: Input = Input {
+    name: "friction_torque_newton_metres",
+    about: "friction in both directions",
+    kind: InputKind::Number { low: 0.0, high: MOST_TORQUE, own: false },
+};
+const MAIN_CIRCUIT: Input =
+    Input { name: "main_circuit", about: "the main circuit is supplied", kind: InputKind::Switch };
+const EMERGENCY_STOP: Input = Input {
+    name: "emergency_stop_released",
+    about: "the emergency stop is released",
+    kind: InputKind::Switch,
+};
+const NEGATIVE_LIMIT: Input = Input {
+    name: "negative_limit_switch",
+    about: "the negative limit switch is pressed, wherever the shaft is",
+    kind: InputKind::Switch,
+};
+const POSITIVE_LIMIT: Input = Input {
+    name: "positive_limit_switch",
+    about: "the positive limit switch is pressed, wherever the shaft is",
+    kind: InputKind::Switch,
+};
+const HOME: Input = Input {
+    name: "home_switch",
+    about: "the home switch is pressed, wherever the shaft is",
+    kind: InputKind::Switch,
+};
 
 /// The surroundings of the drive.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,8 +73,60 @@ impl Inputs {
 }
 
 impl Inputs {
+    /// Tells each as an input of a device.
+    pub(crate) fn each_level(&self, tell: &mut dyn FnMut(&Input, Level)) {
+        let Self {
+            blocked,
+            load_torque,
+            friction_torque,
+            main_circuit,
+            emergency_stop_released,
+            pressed,
+            switches: _,
+        } = *self;
+        tell(&BLOCKED, Level::Switch(blocked));
+        tell(&LOAD, Level::Number(load_torque));
+        tell(&FRICTION, Level::Number(friction_torque));
+        tell(&MAIN_CIRCUIT, Level::Switch(main_circuit));
+        tell(&EMERGENCY_STOP, Level::Switch(emergency_stop_released));
+        tell(&NEGATIVE_LIMIT, Level::Switch(pressed.negative_limit));
+        tell(&POSITIVE_LIMIT, Level::Switch(pressed.positive_limit));
+        tell(&HOME, Level::Switch(pressed.home));
+    }
+
+    /// The level of that input.
+    pub(crate) fn level(&self, name: &str) -> Option<Level> {
+        let mut found = None;
+        self.each_level(&mut |input, level| {
+            if input.name == name {
+                found = Some(level);
+            }
+        });
+        found
+    }
+
+    /// Changes the input of that name; says whether there is one that takes such a level.
+    pub(crate) fn change(&mut self, name: &str, level: Level) -> bool {
+        match level {
+            Level::Switch(on) if name == BLOCKED.name => self.blocked = on,
+            Level::Switch(on) if name == MAIN_CIRCUIT.name => self.main_circuit = on,
+            Level::Switch(on) if name == EMERGENCY_STOP.name => self.emergency_stop_released = on,
+            Level::Switch(on) if name == NEGATIVE_LIMIT.name => self.pressed.negative_limit = on,
+            Level::Switch(on) if name == POSITIVE_LIMIT.name => self.pressed.positive_limit = on,
+            Level::Switch(on) if name == HOME.name => self.pressed.home = on,
+            Level::Number(torque) if name == LOAD.name => {
+                self.load_torque = torque.clamp(-MOST_TORQUE, MOST_TORQUE);
+            }
+            Level::Number(torque) if name == FRICTION.name => {
+                self.friction_torque = torque.clamp(0.0, MOST_TORQUE);
+            }
+            Level::Switch(_) | Level::Number(_) | Level::Own => return false,
+        }
+        true
+    }
+
     /// With no load in the place of torques that are no number.
-    pub(super) fn finite(self) -> Self {
+    pub(crate) fn finite(self) -> Self {
         let finite = |torque: f64| if torque.is_finite() { torque.clamp(-1e6, 1e6) } else { 0.0 };
         Self { load_torque: finite(self.load_torque), friction_torque: finite(self.friction_torque), ..self }
     }
@@ -83,7 +173,7 @@ pub struct Closed {
 
 impl Axis {
     /// An axis for a homing from `position`, as [`Switches::WhileHoming`] says.
-    pub(super) fn around(position: f64, home: HomeSwitch) -> Self {
+    pub(crate) fn around(position: f64, home: HomeSwitch) -> Self {
         let at = |revolutions: f64| position + revolutions * INCREMENTS_PER_REVOLUTION;
         let home = match home {
             HomeSwitch::Cam => (at(0.1), at(0.2)),
@@ -94,7 +184,7 @@ impl Axis {
     }
 
     /// What the switches say at `position`.
-    pub(super) fn closed(&self, position: f64) -> Closed {
+    pub(crate) fn closed(&self, position: f64) -> Closed {
         Closed {
             negative_limit: position <= self.negative_limit,
             positive_limit: position >= self.positive_limit,
@@ -105,7 +195,7 @@ impl Axis {
 
 /// What of the axis closes the home switch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum HomeSwitch {
+pub(crate) enum HomeSwitch {
     /// Some way in between.
     Cam,
     /// Everything above a position.

@@ -28,7 +28,7 @@ enum Edge {
 
 /// A method of 6098h.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Method {
+pub(crate) struct Method {
     /// `None`: only the index counts.
     switch: Option<(Switch, Edge)>,
     /// The first way, while the switch is open: -1 or 1.
@@ -47,7 +47,7 @@ const POSITIVE: f64 = 1.0;
 
 impl Method {
     /// The method of a number; `None` for 0, for numbers that are reserved and for 35, which moves nothing.
-    pub(super) const fn of(number: i64) -> Option<Self> {
+    pub(crate) const fn of(number: i64) -> Option<Self> {
         use Edge::{Entering, Leaving};
         use Switch::{Home, NegativeLimit, PositiveLimit};
         let (number, index) = match number {
@@ -88,22 +88,22 @@ impl Method {
     }
 
     /// What the home switch is on an axis made for this method.
-    pub(super) const fn home_switch(&self) -> HomeSwitch {
+    pub(crate) const fn home_switch(&self) -> HomeSwitch {
         self.home_switch
     }
 }
 
 /// Speeds and ramp; increments/s, increments/s^2.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Speeds {
-    pub(super) switch: f64,
-    pub(super) zero: f64,
-    pub(super) ramp: f64,
+pub(crate) struct Speeds {
+    pub(crate) switch: f64,
+    pub(crate) zero: f64,
+    pub(crate) ramp: f64,
 }
 
 /// A homing that runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Homing {
+pub(crate) struct Homing {
     method: Method,
     speeds: Speeds,
     phase: Phase,
@@ -126,7 +126,7 @@ enum Phase {
 
 /// How far a homing is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Progress {
+pub(crate) enum Progress {
     Running,
     /// The shaft stands at home, increments.
     Done(f64),
@@ -136,7 +136,7 @@ pub(super) enum Progress {
 
 impl Homing {
     /// Begins where the switches say `closed`.
-    pub(super) fn begin(method: Method, speeds: Speeds, position: f64, closed: Closed) -> Self {
+    pub(crate) fn begin(method: Method, speeds: Speeds, position: f64, closed: Closed) -> Self {
         let phase = match method.switch {
             None => Phase::Index { last: position },
             Some((switch, edge)) => Self::after_switch(method, edge, is_closed(switch, closed)),
@@ -153,7 +153,7 @@ impl Homing {
     }
 
     /// One step. `position` is where the shaft is.
-    pub(super) fn step(&mut self, demand: &mut Demand, position: f64, closed: Closed, time: f64) -> Progress {
+    pub(crate) fn step(&mut self, demand: &mut Demand, position: f64, closed: Closed, time: f64) -> Progress {
         let method = self.method;
         let at_switch = method.switch.map(|(switch, edge)| (switch, edge, is_closed(switch, closed)));
         let velocity = match (self.phase, at_switch) {
@@ -256,7 +256,7 @@ fn index_between(from: f64, to: f64, direction: f64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::devices::asda_a2::inputs::Axis;
+    use crate::devices::servo::inputs::Axis;
 
     const REV: f64 = INCREMENTS_PER_REVOLUTION;
 

@@ -1,0 +1,276 @@
+//! Any drive of CiA 402, without a bus: what its objects say is what it does.
+//!
+//! ```text
+//!  write ──▶ settings ──▶ machine ──▶ motion: pp │ pv │ vl │ tq │ hm │ ip │ csp │ csv │ cst ──▶ Demand ──▶ plant
+//!  read ◀── status ◀──────────────────────────────────────────────────────────────────────────────────┘
+//! ```
+//!
+//! What a drive does not have, it has as the profile says; what a file leaves at 0 and would keep it from any motion is a
+//! sensible number. Positions within are increments of the plant; units of the user exist only at the border.
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | `settings` | the objects of the profile |
+//! | `units` | units of the user |
+//! | `machine` | states, option codes, faults |
+//! | `motion` | what each mode demands in a step |
+//! | `cyclic` | positions from cycle to cycle |
+//! | `probe` | touch probe |
+//! | `status` | statusword, windows, actual values |
+//! | `fault` | faults with their codes |
+
+mod cyclic;
+mod fault;
+mod machine;
+mod motion;
+mod probe;
+mod settings;
+mod status;
+mod units;
+
+use core::time::Duration;
+
+use heapless::Deque;
+
+pub(crate) use fault::Fault;
+pub(crate) use settings::{Actual, Setting};
+
+use super::servo::inputs::{Axis, Inputs};
+use super::servo::plant::{Constants, Plant};
+use super::servo::profile::Demand;
+use crate::can_bus::cia402::{Controlword, Mode, State};
+use crate::face::surroundings::{Input, Level};
+use crate::time::Instant;
+use cyclic::Cyclic;
+use machine::Stopping;
+use motion::Motion;
+use probe::Probes;
+use settings::Settings;
+use status::Windows;
+use units::Units;
+
+/// The time of a step.
+const STEP: Duration = Duration::from_millis(1);
+/// The same in seconds.
+const STEP_SECONDS: f64 = 0.001;
+/// A host that was away for longer has lost the motion before.
+const MOST_AT_ONCE: Duration = Duration::from_secs(10);
+/// Events that wait; the oldest make room.
+const MAX_EVENTS: usize = 16;
+
+/// What happened in the drive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Event {
+    /// A fault began.
+    Raised(Fault),
+    /// It was reset.
+    Cleared,
+}
+
+/// The drive.
+#[derive(Clone, Debug)]
+pub(crate) struct Drive {
+    /// 6502h: bit n is mode n + 1.
+    modes: u32,
+    has_probe: bool,
+    inputs: Inputs,
+    settings: Settings,
+    units: Units,
+    state: State,
+    control: Controlword,
+    mode: Option<Mode>,
+    motion: Motion,
+    stopping: Option<Stopping>,
+    demand: Demand,
+    /// Torque demanded, in parts of the rated one.
+    torque_demand: f64,
+    plant: Plant,
+    /// Where the user's zero is, increments.
+    origin: f64,
+    /// The switches of a homing of a motor without an axis.
+    homing_axis: Option<Axis>,
+    fault: Option<Fault>,
+    /// A limit holds the motion back.
+    limited: bool,
+    cyclic: Cyclic,
+    windows: Windows,
+    probes: Probes,
+    clock: Instant,
+    awake: bool,
+    events: Deque<Event, MAX_EVENTS>,
+}
+
+impl Drive {
+    /// A drive with these modes of 6502h, that was just switched on.
+    pub(crate) fn new(modes: u32, has_probe: bool) -> Self {
+        let settings = Settings::new();
+        Self {
+            modes,
+            has_probe,
+            inputs: Inputs::NOMINAL,
+            units: Units::of(&settings),
+            settings,
+            state: State::SwitchOnDisabled,
+            control: Controlword(0),
+            mode: None,
+            motion: Motion::Hold,
+            stopping: None,
+            demand: Demand::default(),
+            torque_demand: 0.0,
+            plant: Plant::new(Constants::DEFAULT),
+            origin: 0.0,
+            homing_axis: None,
+            fault: None,
+            limited: false,
+            cyclic: Cyclic::default(),
+            windows: Windows::default(),
+            probes: Probes::default(),
+            clock: Instant::ZERO,
+            awake: false,
+            events: Deque::new(),
+        }
+    }
+
+    /// Power-on or a reset of the node: nothing is wrong, the shaft stays. The settings follow.
+    pub(crate) fn restart(&mut self) {
+        self.state = State::SwitchOnDisabled;
+        self.control = Controlword(0);
+        self.mode = None;
+        self.fault = None;
+        self.limited = false;
+        self.cyclic = Cyclic::default();
+        self.windows = Windows::default();
+        self.probes = Probes::default();
+        self.settings = Settings::new();
+        self.units = Units::of(&self.settings);
+        self.release();
+        self.events.clear();
+        self.awake = true;
+    }
+
+    /// The supply is switched off: the shaft runs out.
+    pub(crate) fn power_off(&mut self) {
+        self.state = State::SwitchOnDisabled;
+        self.release();
+        self.plant.velocity = 0.0;
+        self.awake = false;
+    }
+
+    /// Whether a master may set that.
+    #[expect(clippy::wildcard_enum_match_arm, reason = "the others take every number")]
+    pub(crate) fn accepts(&self, setting: Setting, value: i64) -> bool {
+        use crate::can_bus::cia402::{Disabling, FaultReaction, Halt, QuickStop};
+        use crate::devices::servo::homing::Method;
+        let code = i16::try_from(value).unwrap_or(i16::MAX);
+        match setting {
+            Setting::Mode => value == 0 || self.offers(value),
+            // Codes below zero are of the device, 0 of 605Dh is of older versions of the profile.
+            Setting::QuickStopOption => code < 0 || QuickStop::of(code).is_some(),
+            Setting::ShutdownOption | Setting::DisableOption => code < 0 || Disabling::of(code).is_some(),
+            Setting::HaltOption => code <= 0 || Halt::of(code).is_some(),
+            Setting::FaultOption => code < 0 || FaultReaction::of(code).is_some(),
+            Setting::HomingMethod => matches!(value, i64::MIN..=0 | 35 | 37) || Method::of(value).is_some(),
+            _ => true,
+        }
+    }
+
+    fn offers(&self, code: i64) -> bool {
+        let mode = i8::try_from(code).ok().and_then(Mode::of);
+        mode.is_some_and(|mode| self.modes >> (mode.code() - 1) & 1 == 1)
+    }
+
+    /// Sets a value, with all that follows from it.
+    #[expect(clippy::wildcard_enum_match_arm, reason = "the others act when they are used")]
+    pub(crate) fn set(&mut self, setting: Setting, value: i64) {
+        self.settings.set(setting, value);
+        self.awake = true;
+        match setting {
+            Setting::Controlword => {
+                self.control(Controlword(u16::try_from(value).unwrap_or_default()));
+            }
+            Setting::Mode => self.enter_mode(),
+            Setting::TargetPosition | Setting::IpTarget => self.cyclic_written(),
+            Setting::ProbeFunction => self.probes.choose(value),
+            _ => self.units = Units::of(&self.settings),
+        }
+    }
+
+    /// What surrounds the drive.
+    pub(crate) const fn inputs(&self) -> &Inputs {
+        &self.inputs
+    }
+
+    /// Each input with its level.
+    pub(crate) fn each_input(&self, tell: &mut dyn FnMut(&Input, Level)) {
+        self.inputs.each_level(tell);
+        if self.has_probe {
+            self.probes.each_level(tell);
+        }
+    }
+
+    /// Changes an input; says whether there is one of that name.
+    pub(crate) fn set_input(&mut self, name: &str, level: Level) -> bool {
+        let changed = self.inputs.change(name, level);
+        let position = self.user_position(self.plant.position);
+        let changed = changed || self.has_probe && self.probes.change(name, level, position);
+        self.awake |= changed;
+        changed
+    }
+
+    /// What an input is when everything is as it should be.
+    pub(crate) fn nominal(name: &str) -> Option<Level> {
+        Inputs::NOMINAL.level(name).or_else(|| Probes::default().level(name))
+    }
+
+    /// Every input is as it should be.
+    pub(crate) fn make_nominal(&mut self) {
+        self.inputs = Inputs { switches: self.inputs.switches, ..Inputs::NOMINAL };
+        self.awake = true;
+    }
+
+    /// The next event.
+    pub(crate) fn poll_event(&mut self) -> Option<Event> {
+        self.events.pop_front()
+    }
+
+    /// When [`advance`](Self::advance) is due, `None` while nothing moves.
+    pub(crate) fn poll_timeout(&self) -> Option<Instant> {
+        self.awake.then(|| self.clock.saturating_add(STEP))
+    }
+
+    /// Lets time pass up to `now`.
+    pub(crate) fn advance(&mut self, now: Instant) {
+        if !self.awake {
+            self.clock = self.clock.max(now);
+            return;
+        }
+        let missed = now.saturating_since(self.clock);
+        if missed > MOST_AT_ONCE {
+            self.clock = self.clock.saturating_add(missed - MOST_AT_ONCE);
+        }
+        while self.awake && self.clock.saturating_add(STEP) <= now {
+            self.clock = self.clock.saturating_add(STEP);
+            self.step();
+        }
+        if !self.awake {
+            self.clock = self.clock.max(now);
+        }
+    }
+
+    fn step(&mut self) {
+        self.watch();
+        self.limited = false;
+        let drive = self.demand_of_step();
+        self.plant.limit = self.torque_limit();
+        self.plant.advance(STEP_SECONDS, drive, &self.inputs);
+        self.watch_plant();
+        self.awake = !self.rests();
+    }
+
+    fn tell(&mut self, event: Event) {
+        if self.events.is_full() {
+            self.events.pop_front();
+        }
+        let _ = self.events.push_back(event);
+    }
+}

@@ -1,0 +1,16 @@
+//! What every servo drive is made of, without a bus and without a maker: motor and load, motion with limits, set-points,
+//! homing. Positions are increments of its encoder.
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | [`inputs`] | load, switches, supply |
+//! | [`plant`] | motor and load |
+//! | `profile` | motion with limited velocity and accelerations |
+//! | `position` | set-points of the profile position mode |
+//! | `homing` | every homing method |
+
+pub(crate) mod homing;
+pub mod inputs;
+pub mod plant;
+pub(crate) mod position;
+pub(crate) mod profile;

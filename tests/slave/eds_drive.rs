@@ -1,0 +1,604 @@
+//! A drive of CiA 402 from its file, as a master drives it (`eds.md` 6, E-53 to E-60).
+
+use std::fmt::Write;
+use std::time::Duration;
+
+use profidrive::devices::CanopenDevice;
+use profidrive::face::DriveState;
+use profidrive::face::surroundings::Level;
+
+use crate::eds_node::{NODE, Rig, var};
+
+const ENABLED: u32 = 0x27;
+const FAULT: u32 = 0x08;
+const REACHED: u32 = 1 << 10;
+const LIMIT: u32 = 1 << 11;
+const BIT_12: u32 = 1 << 12;
+const BIT_13: u32 = 1 << 13;
+
+/// Index, type, access; a drive with everything that the profile has, 1000 increments in a revolution.
+const OBJECTS: &[(u16, u16, &str, &str)] = &[
+    (0x1000, 7, "ro", "DefaultValue=0x00020192"),
+    (0x1001, 5, "ro", ""),
+    (0x1014, 7, "rw", "DefaultValue=$NODEID+0x80"),
+    (0x6007, 3, "rw", "DefaultValue=1"),
+    (0x603F, 6, "ro", "PDOMapping=1"),
+    (0x6040, 6, "rww", "PDOMapping=1"),
+    (0x6041, 6, "ro", "PDOMapping=1\nDefaultValue=0x1234"),
+    (0x6042, 3, "rw", ""),
+    (0x6044, 3, "ro", ""),
+    (0x605A, 3, "rw", "DefaultValue=2"),
+    (0x605B, 3, "rw", "DefaultValue=0"),
+    (0x605C, 3, "rw", "DefaultValue=1"),
+    (0x605D, 3, "rw", "DefaultValue=1"),
+    (0x605E, 3, "rw", "DefaultValue=2"),
+    (0x6060, 2, "rw", "PDOMapping=1"),
+    (0x6061, 2, "ro", "PDOMapping=1"),
+    (0x6064, 4, "ro", "PDOMapping=1"),
+    (0x6065, 7, "rw", "DefaultValue=0xFFFFFFFF"),
+    (0x6066, 6, "rw", "DefaultValue=0"),
+    (0x6067, 7, "rw", "DefaultValue=2"),
+    (0x6068, 6, "rw", "DefaultValue=20"),
+    (0x606C, 4, "ro", "PDOMapping=1"),
+    (0x6071, 3, "rw", ""),
+    (0x6072, 6, "rw", ""),
+    (0x6077, 3, "ro", "PDOMapping=1"),
+    (0x607A, 4, "rw", "PDOMapping=1"),
+    (0x607C, 4, "rw", ""),
+    (0x607E, 5, "rw", ""),
+    (0x6081, 7, "rw", "DefaultValue=10000"),
+    (0x6083, 7, "rw", "DefaultValue=100000"),
+    (0x6084, 7, "rw", ""),
+    (0x6087, 7, "rw", ""),
+    (0x6098, 2, "rw", "DefaultValue=35"),
+    (0x60B8, 6, "rw", ""),
+    (0x60B9, 6, "ro", ""),
+    (0x60BA, 4, "ro", ""),
+    (0x60F4, 4, "ro", ""),
+    (0x60FD, 7, "ro", ""),
+    (0x60FF, 4, "rw", "PDOMapping=1"),
+    (0x6502, 7, "ro", "DefaultValue=0x3EF"),
+];
+
+/// Index, types of the entries behind sub-index 0 with their defaults.
+const RECORDS: &[(u16, &[(u16, &str)])] = &[
+    (0x1400, &[(7, "$NODEID+0x200"), (5, "255")]),
+    (0x1600, &[(7, "0x60400010"), (7, "0x607A0020")]),
+    (0x1800, &[(7, "$NODEID+0x180"), (5, "255")]),
+    (0x1A00, &[(7, "0x60410010")]),
+    (0x607D, &[(4, "0"), (4, "0")]),
+    (0x608F, &[(7, "1000"), (7, "1")]),
+    (0x6091, &[(7, "1"), (7, "1")]),
+    (0x6099, &[(7, "2000"), (7, "500")]),
+    (0x60C1, &[(4, "0")]),
+    (0x60C2, &[(5, "10"), (2, "-3")]),
+];
+
+fn record(index: u16, entries: &[(u16, &str)]) -> String {
+    let count = entries.len();
+    let mut text = format!("[{index:04X}]\nParameterName=R{index:04X}\nObjectType=9\n[{index:04X}sub0]\n");
+    writeln!(text, "ParameterName=Count\nDataType=5\nAccessType=ro\nDefaultValue={count}").unwrap();
+    for (sub, (data, default)) in (1..).zip(entries) {
+        writeln!(text, "[{index:04X}sub{sub:X}]\nParameterName=E{sub}\nDataType={data}\nAccessType=rw")
+            .unwrap();
+        writeln!(text, "DefaultValue={default}\nPDOMapping=1").unwrap();
+    }
+    text
+}
+
+struct Drive(Rig);
+
+impl Drive {
+    fn new() -> Self {
+        Self::without(&[])
+    }
+
+    fn without(left_out: &[u16]) -> Self {
+        let is_there = |index: &u16| !left_out.contains(index);
+        let vars = OBJECTS.iter().filter(|row| is_there(&row.0));
+        let vars = vars.map(|(index, data, access, more)| var(*index, *data, access, more));
+        let records = RECORDS.iter().filter(|row| is_there(&row.0));
+        let text: String = vars.chain(records.map(|(index, entries)| record(*index, entries))).collect();
+        let mut rig = Rig::text(&text);
+        rig.start();
+        Self(rig)
+    }
+
+    fn word(&mut self, word: u16) {
+        self.0.write(0x6040, 0, &word.to_le_bytes()).unwrap();
+    }
+
+    fn put(&mut self, index: u16, sub: u8, value: i32) {
+        let len = self.0.read(index, sub).unwrap().len();
+        self.0.write(index, sub, &value.to_le_bytes()[..len]).unwrap();
+    }
+
+    fn mode(&mut self, mode: i8) {
+        self.0.write(0x6060, 0, &[mode.cast_unsigned()]).unwrap();
+    }
+
+    fn status(&mut self) -> u32 {
+        self.0.number(0x6041, 0)
+    }
+
+    fn state(&mut self) -> u32 {
+        match self.status() {
+            word if word & 0x4F == 0x40 || word & 0x4F == 0x08 || word & 0x4F == 0x0F => word & 0x4F,
+            word => word & 0x6F,
+        }
+    }
+
+    fn signed(&mut self, index: u16) -> i32 {
+        match self.0.read(index, 0).unwrap()[..] {
+            [a] => i32::from(a.cast_signed()),
+            [a, b] => i16::from_le_bytes([a, b]).into(),
+            [a, b, c, d] => i32::from_le_bytes([a, b, c, d]),
+            ref other => panic!("{other:?}"),
+        }
+    }
+
+    fn position(&mut self) -> i32 {
+        self.signed(0x6064)
+    }
+
+    fn speed(&mut self) -> i32 {
+        self.signed(0x606C)
+    }
+
+    fn millis(&mut self, millis: u64) -> Vec<String> {
+        self.0.pass(Duration::from_millis(millis))
+    }
+
+    fn enable(&mut self, mode: i8) {
+        self.mode(mode);
+        [6, 7, 0xF].into_iter().for_each(|word| self.word(word));
+        assert_eq!(self.state(), ENABLED);
+    }
+
+    /// Milliseconds until these bits are set.
+    fn until(&mut self, bits: u32) -> u64 {
+        for millis in 0..20_000 {
+            if self.status() & bits == bits {
+                return millis;
+            }
+            self.millis(1);
+        }
+        panic!("status {:04X}h, bits {bits:04X}h do not come, position {}", self.status(), self.position());
+    }
+
+    fn go_to(&mut self, target: i32, word: u16) {
+        self.put(0x607A, 0, target);
+        self.word(0x0F);
+        self.word(word);
+        assert_ne!(self.status() & BIT_12, 0, "the set-point is acknowledged");
+        self.word(0x0F);
+        assert_eq!(self.status() & BIT_12, 0);
+    }
+
+    fn set(&mut self, name: &str, level: Level) {
+        self.0.set(name, level);
+    }
+
+    fn why(&self) -> Vec<String> {
+        let mut names = Vec::new();
+        let description = self.0.device.description();
+        description.why().unwrap().each_reason(&mut |reason| names.push(reason.name.to_owned()));
+        names
+    }
+}
+
+#[test]
+fn eds_53_the_states_of_the_profile() {
+    let mut drive = Drive::new();
+    assert_eq!(drive.state(), 0x40, "switch on disabled, whatever the file says of 6041h");
+    assert_eq!(drive.why(), ["NoMode", "NotEnabled"]);
+    for (word, state) in [
+        (0x07, 0x40),
+        (0x06, 0x21),
+        (0x0F, 0x21),
+        (0x07, 0x23),
+        (0x0F, 0x27),
+        (0x07, 0x23),
+        (0x06, 0x21),
+        (0x07, 0x23),
+        (0x0F, 0x27),
+        (0x06, 0x21),
+        (0x00, 0x40),
+        (0x06, 0x21),
+        (0x02, 0x40),
+        (0x06, 0x21),
+        (0x07, 0x23),
+        (0x0F, 0x27),
+        (0x02, 0x40),
+        (0x06, 0x21),
+        (0x07, 0x23),
+        (0x0F, 0x27),
+        (0x0D, 0x40),
+    ] {
+        drive.word(word);
+        drive.millis(5);
+        assert_eq!(drive.state(), state, "after {word:02X}h");
+        assert_eq!(drive.0.number(0x6040, 0), u32::from(word));
+    }
+}
+
+#[test]
+fn eds_53_option_codes_say_how_a_turning_motor_stops() {
+    // Object, code, control word; the state in the end, and whether the speed falls on a ramp.
+    for (option, code, word, state, ramp) in [
+        (0x605A, 0, 0x02, 0x40, false),
+        (0x605A, 1, 0x02, 0x40, true),
+        (0x605A, 2, 0x02, 0x40, true),
+        (0x605A, 3, 0x02, 0x40, true),
+        (0x605A, 5, 0x02, 0x07, true),
+        (0x605A, 6, 0x02, 0x07, true),
+        (0x605A, 8, 0x02, 0x07, true),
+        (0x605B, 0, 0x06, 0x21, false),
+        (0x605B, 1, 0x06, 0x21, true),
+        (0x605C, 0, 0x07, 0x23, false),
+        (0x605C, 1, 0x07, 0x23, true),
+    ] {
+        let mut drive = Drive::new();
+        drive.put(option, 0, code);
+        drive.enable(3);
+        drive.put(0x60FF, 0, 20_000);
+        drive.until(REACHED);
+        drive.word(word);
+        let case = format!("{option:04X}h = {code}");
+        drive.millis(1);
+        assert_eq!(drive.state() == state, !ramp || state == 0x07, "{case}");
+        let mut turned = 0;
+        while drive.speed() != 0 {
+            drive.millis(10);
+            turned += 10;
+            assert!(turned < 60_000, "{case}");
+        }
+        assert_eq!(drive.state(), state, "{case}");
+        // A motor without torque runs out by its friction alone.
+        assert_eq!(turned > 1000, !ramp, "{case}: {turned} ms");
+    }
+    let mut drive = Drive::new();
+    drive.put(0x605A, 0, 6);
+    drive.enable(3);
+    drive.word(0x02);
+    drive.millis(5);
+    drive.word(0x0F);
+    assert_eq!(drive.state(), ENABLED, "transition 16");
+    for (option, code) in [(0x605A, 9), (0x605B, 2), (0x605C, 2), (0x605D, 5), (0x605E, 5), (0x6098, 36)] {
+        let len = drive.0.read(option, 0).unwrap().len();
+        assert_eq!(drive.0.write(option, 0, &[code, 0][..len]), Err(0x0609_0030), "{option:04X}h");
+    }
+}
+
+#[test]
+fn eds_54_modes_are_those_of_6502h_or_of_the_objects() {
+    let mut drive = Drive::new();
+    for mode in 0..=11_u8 {
+        let is_mode = !matches!(mode, 5 | 11);
+        let written = drive.0.write(0x6060, 0, &[mode]);
+        assert_eq!(written, if is_mode { Ok(()) } else { Err(0x0609_0030) }, "mode {mode}");
+        if is_mode {
+            assert_eq!(drive.0.number(0x6061, 0), u32::from(mode));
+        }
+    }
+    let mut drive = Drive::without(&[0x6502]);
+    assert_eq!(drive.0.write(0x6060, 0, &[10]), Ok(()));
+    let mut drive = Drive::without(&[0x6502, 0x60C1, 0x60C2, 0x6042, 0x6071]);
+    for (mode, is_there) in [(1, true), (2, false), (3, true), (4, false), (6, true), (7, false), (8, false)]
+    {
+        assert_eq!(drive.0.write(0x6060, 0, &[mode]).is_ok(), is_there, "mode {mode}");
+    }
+}
+
+#[test]
+fn eds_55_profile_position() {
+    let mut drive = Drive::new();
+    drive.enable(1);
+    drive.go_to(20_000, 0x1F);
+    // 2 s at 10 000/s, 0.1 s of each ramp counts half, 20 ms in the window.
+    let time = drive.until(REACHED);
+    assert!((2100..2160).contains(&time), "{time} ms");
+    assert_eq!((drive.position(), drive.speed()), (20_000, 0));
+    assert_eq!(drive.why(), [""; 0]);
+    drive.go_to(-5000, 0x5F);
+    drive.until(REACHED);
+    assert_eq!(drive.position(), 15_000, "relative");
+    drive.go_to(30_000, 0x1F);
+    drive.millis(500);
+    assert!((9900..10_100).contains(&drive.speed()), "{}", drive.speed());
+    drive.word(0x10F);
+    drive.millis(150);
+    assert_eq!((drive.speed(), drive.status() & REACHED), (0, REACHED), "halt");
+    assert_eq!(drive.why(), ["Halt"]);
+    assert!(drive.position() < 25_000);
+    drive.word(0x0F);
+    drive.until(REACHED);
+    assert_eq!(drive.position(), 30_000, "goes on");
+    // A set-point waits behind another, one more is refused, the next replaces both at once.
+    drive.go_to(40_000, 0x1F);
+    drive.put(0x607A, 0, 50_000);
+    drive.word(0x1F);
+    drive.word(0x0F);
+    assert_eq!(drive.status() & BIT_12, BIT_12, "no room");
+    drive.put(0x607A, 0, 31_000);
+    drive.word(0x3F);
+    drive.word(0x0F);
+    drive.until(REACHED);
+    assert_eq!(drive.position(), 31_000);
+}
+
+#[test]
+fn eds_55_a_profile_of_zeros_moves_all_the_same() {
+    let mut drive = Drive::new();
+    [0x6081, 0x6083, 0x6084].into_iter().for_each(|index| drive.put(index, 0, 0));
+    drive.enable(1);
+    drive.go_to(10_000, 0x1F);
+    assert!(drive.until(REACHED) < 1500);
+}
+
+#[test]
+fn eds_56_profile_velocity_and_vl() {
+    let mut drive = Drive::new();
+    drive.enable(3);
+    for speed in [10_000, -10_000] {
+        drive.put(0x60FF, 0, speed);
+        drive.millis(1);
+        assert_eq!(drive.status() & REACHED, 0);
+        drive.until(REACHED);
+        drive.millis(5);
+        assert!((drive.speed() - speed).abs() < 20, "{}", drive.speed());
+        assert_eq!(drive.status() & BIT_12, 0, "the speed is not zero");
+    }
+    drive.word(0x10F);
+    drive.millis(200);
+    assert_eq!((drive.speed(), drive.status() & BIT_12), (0, BIT_12));
+    let mut drive = Drive::new();
+    drive.enable(2);
+    drive.put(0x6042, 0, 300);
+    drive.millis(500);
+    assert_eq!(drive.signed(0x6044), 0);
+    assert_eq!(drive.why(), ["RampDisabled"]);
+    drive.word(0x7F);
+    drive.millis(1000);
+    assert_eq!(drive.signed(0x6044), 300);
+    drive.word(0x5F);
+    drive.put(0x6042, 0, 100);
+    drive.millis(500);
+    assert_eq!(drive.signed(0x6044), 300, "locked");
+    drive.word(0x3F);
+    drive.millis(500);
+    assert_eq!(drive.signed(0x6044), 0, "no reference");
+}
+
+#[test]
+fn eds_57_homing() {
+    for (method, offset) in
+        [(35, 0), (37, 1234), (1, 0), (2, 5), (17, -3), (18, 0), (33, 0), (34, 9), (7, 1), (23, 0)]
+    {
+        let mut drive = Drive::new();
+        drive.put(0x6098, 0, method);
+        drive.put(0x607C, 0, offset);
+        drive.enable(6);
+        drive.word(0x1F);
+        drive.until(BIT_12 | REACHED);
+        assert!((drive.position() - offset).abs() <= 1, "method {method}: {}", drive.position());
+        assert_eq!(drive.status() & BIT_13, 0);
+    }
+    let mut drive = Drive::new();
+    drive.put(0x6098, 0, 0);
+    drive.enable(6);
+    drive.word(0x1F);
+    drive.until(BIT_13);
+}
+
+#[test]
+fn eds_58_cyclic_modes_follow_sync_and_pdo() {
+    let mut drive = Drive::new();
+    drive.enable(8);
+    let mut target = 0;
+    for _ in 0..100 {
+        target += 50;
+        drive.put(0x607A, 0, target);
+        drive.0.sync();
+        drive.millis(10);
+    }
+    assert_eq!(drive.status() & (BIT_12 | BIT_13), BIT_12);
+    assert!((drive.position() - target).abs() <= 50, "{}", drive.position());
+    drive.millis(20);
+    assert_eq!(drive.position(), target);
+    // Without SYNC each PDO acts.
+    let mut drive = Drive::new();
+    drive.enable(8);
+    for _ in 0..20 {
+        let [a, b, c, d] = 40_i32.to_le_bytes();
+        drive.0.data(0x200 + u16::from(NODE), &[0x0F, 0, a, b, c, d]);
+        drive.millis(10);
+    }
+    drive.millis(10);
+    assert_eq!(drive.position(), 40);
+    let mut drive = Drive::new();
+    drive.enable(7);
+    drive.put(0x60C1, 1, 30);
+    drive.0.sync();
+    drive.millis(30);
+    assert_eq!((drive.position(), drive.status() & BIT_12), (0, 0));
+    assert_eq!(drive.why(), ["IpDisabled"]);
+    drive.word(0x1F);
+    drive.0.sync();
+    drive.millis(30);
+    assert_eq!((drive.position(), drive.status() & BIT_12), (30, BIT_12));
+    let mut drive = Drive::new();
+    drive.enable(9);
+    drive.put(0x60FF, 0, 5000);
+    drive.millis(20);
+    assert!((drive.speed() - 5000).abs() < 20, "at once: {}", drive.speed());
+}
+
+#[test]
+fn eds_58_torque_turns_the_shaft_and_a_load_holds_against_it() {
+    for mode in [4, 10] {
+        let mut drive = Drive::new();
+        drive.set("load_torque_newton_metres", Level::Number(0.635));
+        drive.enable(mode);
+        drive.put(0x6071, 0, 600);
+        drive.millis(10);
+        let [torque, speed] = [0x6077, 0x606C].map(|index| drive.signed(index));
+        assert_eq!((torque, speed > 0), (600, true), "mode {mode}: {speed}");
+        drive.put(0x6071, 0, 0);
+        drive.millis(1000);
+        assert!(drive.speed() < 0, "the load turns it back");
+    }
+    let mut drive = Drive::new();
+    drive.put(0x6087, 0, 1000);
+    drive.enable(4);
+    drive.put(0x6071, 0, 500);
+    drive.millis(250);
+    assert!((200..300).contains(&drive.signed(0x6077)), "slope: {}", drive.signed(0x6077));
+    drive.millis(300);
+    assert_eq!(drive.status() & REACHED, REACHED);
+}
+
+#[test]
+fn eds_59_limits() {
+    let mut drive = Drive::new();
+    drive.put(0x607D, 1, -1000);
+    drive.put(0x607D, 2, 2000);
+    drive.enable(1);
+    drive.go_to(5000, 0x1F);
+    drive.millis(10);
+    assert_eq!(drive.status() & LIMIT, LIMIT);
+    drive.millis(1000);
+    assert_eq!(drive.position(), 2000);
+    drive.mode(3);
+    drive.put(0x60FF, 0, -10_000);
+    drive.millis(1000);
+    assert_eq!((drive.position(), drive.status() & LIMIT), (-1000, LIMIT));
+    let mut drive = Drive::new();
+    drive.enable(3);
+    drive.put(0x60FF, 0, 10_000);
+    drive.millis(200);
+    drive.set("positive_limit_switch", Level::Switch(true));
+    drive.millis(200);
+    assert_eq!((drive.speed(), drive.status() & LIMIT), (0, LIMIT));
+    assert_eq!(drive.signed(0x60FD), 2);
+    drive.put(0x60FF, 0, -10_000);
+    drive.millis(200);
+    assert!(drive.speed() < -9000, "back from the switch");
+}
+
+#[test]
+fn eds_60_a_controlword_acts_behind_the_whole_pdo() {
+    let mut drive = Drive::new();
+    drive.enable(1);
+    let [a, b, c, d] = 300_i32.to_le_bytes();
+    let seen = drive.0.data(0x200 + u16::from(NODE), &[0x1F, 0, a, b, c, d]);
+    assert_eq!(seen, ["185#3712"], "acknowledged");
+    drive.0.data(0x200 + u16::from(NODE), &[0x0F, 0, a, b, c, d]);
+    let seen = drive.millis(1000);
+    assert_eq!(drive.position(), 300, "the target of the same PDO");
+    assert_eq!(seen.last().map(String::as_str), Some("185#3706"), "{seen:?}");
+}
+
+#[test]
+fn a_blocked_shaft_is_a_following_error_with_emcy_until_its_reset() {
+    let mut drive = Drive::new();
+    drive.put(0x6065, 0, 500);
+    drive.put(0x6066, 0, 10);
+    drive.enable(1);
+    drive.set("blocked", Level::Switch(true));
+    drive.go_to(20_000, 0x1F);
+    let seen = drive.millis(1000);
+    assert!(seen.contains(&"085#1186210000000000".to_owned()), "{seen:?}");
+    assert_eq!((drive.state(), drive.status() & BIT_13), (FAULT, BIT_13));
+    assert_eq!((drive.0.number(0x603F, 0), drive.0.number(0x1001, 0)), (0x8611, 0x21));
+    assert_eq!(drive.0.device.description().drive_state(), Some(DriveState::Fault));
+    assert_eq!(drive.why(), ["Fault", "NotEnabled", "Blocked"]);
+    drive.set("blocked", Level::Switch(false));
+    drive.word(0);
+    drive.0.write(0x6040, 0, &[0x80, 0]).unwrap();
+    assert_eq!((drive.state(), drive.0.number(0x603F, 0), drive.0.number(0x1001, 0)), (0x40, 0, 0));
+}
+
+#[test]
+fn a_fault_is_provoked_by_its_code() {
+    let mut drive = Drive::new();
+    drive.enable(3);
+    drive.put(0x60FF, 0, 10_000);
+    drive.until(REACHED);
+    let now = drive.0.now;
+    drive.0.device.act(now, &mut |device| device.provoke(now, "4310").unwrap());
+    assert!(drive.0.drain().contains(&"085#1043090000000000".to_owned()));
+    assert_eq!(drive.state(), 0x0F, "the reaction runs, 605Eh");
+    drive.millis(500);
+    assert_eq!((drive.state(), drive.speed()), (FAULT, 0));
+    let seen = drive.0.write(0x6040, 0, &[0x80, 0]);
+    assert_eq!((seen, drive.state()), (Ok(()), 0x40));
+    // A fault with a cause stays.
+    drive.set("emergency_stop_released", Level::Switch(false));
+    drive.millis(2);
+    assert_eq!(drive.0.number(0x603F, 0), 0x9000);
+    drive.word(0);
+    drive.word(0x80);
+    assert_eq!(drive.state(), FAULT);
+    drive.set("emergency_stop_released", Level::Switch(true));
+    drive.word(0);
+    drive.word(0x80);
+    assert_eq!(drive.state(), 0x40);
+    let mut unknown = None;
+    drive.0.device.act(now, &mut |device| unknown = Some(device.provoke(now, "1234")));
+    assert!(unknown.unwrap().is_err());
+}
+
+#[test]
+fn units_of_the_user_and_polarity() {
+    let mut drive = Drive::new();
+    drive.put(0x6091, 1, 10);
+    drive.put(0x607E, 0, 0xC0);
+    drive.enable(1);
+    drive.go_to(1000, 0x1F);
+    drive.until(REACHED);
+    assert_eq!(drive.position(), 1000);
+    // 10 revolutions of the motor, backwards: 10 000 increments of the encoder.
+    drive.put(0x6091, 1, 1);
+    drive.put(0x607E, 0, 0);
+    assert_eq!(drive.position(), -10_000);
+}
+
+#[test]
+fn a_master_that_is_lost_is_a_fault_by_6007h() {
+    for (option, state) in [(0, ENABLED), (1, FAULT), (2, 0x40), (3, 0x40)] {
+        let mut drive = Drive::new();
+        drive.put(0x6007, 0, option);
+        drive.enable(3);
+        drive.0.data(0, &[2, NODE]);
+        drive.millis(50);
+        drive.0.data(0, &[0x80, NODE]);
+        assert_eq!(drive.state(), state, "6007h = {option}");
+    }
+}
+
+#[test]
+fn a_touch_probe_keeps_the_position_of_an_edge() {
+    let mut drive = Drive::new();
+    drive.put(0x60B8, 0, 0x11);
+    drive.enable(1);
+    drive.go_to(700, 0x1F);
+    drive.until(REACHED);
+    drive.set("touch_probe_1", Level::Switch(true));
+    assert_eq!((drive.0.number(0x60B9, 0), drive.signed(0x60BA)), (3, 700));
+}
+
+#[test]
+fn after_power_off_the_drive_begins_anew_where_its_shaft_is() {
+    let mut drive = Drive::new();
+    drive.enable(1);
+    drive.go_to(500, 0x1F);
+    drive.until(REACHED);
+    drive.0.device.power_off(drive.0.now);
+    assert_eq!(drive.0.device.description().drive_state(), Some(DriveState::Off));
+    assert_eq!(drive.why(), ["SwitchedOff"]);
+    drive.millis(100);
+    drive.0.device.power_on(drive.0.now);
+    drive.0.start();
+    assert_eq!((drive.state(), drive.position(), drive.0.number(0x6061, 0)), (0x40, 500, 0));
+}
