@@ -38,6 +38,7 @@ for device in ag03-1 ap10 asda-a2; do
     "$venv/bin/python" "$here/nodes.py" "$profidrive" "$device"
     "$venv/bin/python" "$here/sheets.py" "$profidrive" "$device"
 done
+"$venv/bin/python" "$here/ros2_bus.py" "$profidrive"
 for file in pump.eds servo.dcf; do
     "$venv/bin/python" "$here/nodes.py" "$profidrive" "$root/tests/eds/$file"
 done
