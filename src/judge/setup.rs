@@ -26,7 +26,7 @@ pub struct Setup {
     pub stations: Vec<Slave>,
     /// The address of the master.
     pub master: Option<Address>,
-    /// The watchdog time of its stations.
+    /// The watchdog time of the stations that have none of their own.
     pub watchdog: Option<Duration>,
     /// How often it repeats a request.
     pub retries: Option<u32>,
@@ -66,6 +66,8 @@ pub struct Slave {
     pub fail_safe: bool,
     /// Min_Slave_Interval.
     pub min_interval: Option<Duration>,
+    /// The watchdog time; zero: it is off.
+    pub watchdog: Option<Duration>,
     /// It is configured in the master and never there.
     pub absent: bool,
     /// Its device file.
@@ -83,6 +85,7 @@ impl Slave {
             groups: None,
             fail_safe: false,
             min_interval: None,
+            watchdog: None,
             absent: false,
             gsd: None,
         }
@@ -90,6 +93,7 @@ impl Slave {
 
     /// As `--station` has it.
     fn words(&self) -> String {
+        let millis = |time: Duration| time.as_secs_f64() * 1000.0;
         let hex = |octets: &[u8]| octets.iter().map(|octet| format!("{octet:02X}")).collect::<String>();
         let mut words = format!("{},ident={:04X}", self.address, self.ident);
         let parts = [
@@ -97,7 +101,8 @@ impl Slave {
             self.prm.as_ref().map(|prm| format!(",prm={}", hex(prm))),
             self.groups.map(|groups| format!(",groups={groups:02X}")),
             self.fail_safe.then(|| ",failsafe=1".into()),
-            self.min_interval.map(|time| format!(",min-interval={}", time.as_secs_f64() * 1000.0)),
+            self.min_interval.map(|time| format!(",min-interval={}", millis(time))),
+            self.watchdog.map(|time| format!(",watchdog={}", millis(time))),
             self.absent.then(|| ",absent".into()),
         ];
         words.extend(parts.into_iter().flatten());
@@ -129,6 +134,16 @@ impl Setup {
     /// Min_Slave_Interval of a station.
     pub fn min_interval(&self, address: Address) -> Option<Duration> {
         self.slave(address).and_then(|slave| slave.min_interval).or(self.min_interval)
+    }
+
+    /// The watchdog time of a station.
+    pub fn watchdog(&self, address: Address) -> Option<Duration> {
+        self.slave(address).and_then(|slave| slave.watchdog).or(self.watchdog)
+    }
+
+    /// The longest watchdog time.
+    pub(super) fn longest_watchdog(&self) -> Option<Duration> {
+        self.stations.iter().filter_map(|slave| self.watchdog(slave.address)).max()
     }
 
     /// What is configured, as the options of the command have it: the name and the value of each.

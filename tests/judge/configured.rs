@@ -123,6 +123,7 @@ fn in_ring(mistake: Mistake) -> bool {
             | Mistake::RestartsOnForeign
             | Mistake::TokenToNotReady
             | Mistake::GapBeyondNext
+            | Mistake::GapSkips
             | Mistake::NeverAsksGap
             | Mistake::AlwaysAsksGap
     )

@@ -18,6 +18,7 @@ mod class_two;
 mod configured;
 mod covered;
 mod endings;
+mod habits;
 mod live;
 mod many;
 mod operated;

@@ -42,7 +42,7 @@ pub(crate) struct Judge {
     pub(crate) class: u8,
 
     /// A station as configured in the master:
-    /// ADDRESS,ident=HEX,cfg=HEX[,prm=HEX][,groups=HEX][,failsafe=1][,min-interval=MS][,absent], or ADDRESS,gsd=FILE
+    /// ADDRESS,ident=HEX,cfg=HEX[,prm=HEX][,groups=HEX][,failsafe=1][,min-interval=MS][,watchdog=MS][,absent], or ADDRESS,gsd=FILE
     #[arg(long = "station", value_name = "SPEC")]
     pub(crate) stations: Vec<JudgedStation>,
 
@@ -58,7 +58,7 @@ pub(crate) struct Judge {
     #[arg(long, value_name = "ADDRESS", value_parser = master_address)]
     pub(crate) master: Option<Address>,
 
-    /// The watchdog time that is configured in the master, in milliseconds; 0 = off
+    /// The watchdog time that is configured in the master, in milliseconds; 0 = off. Of the stations without watchdog
     #[arg(long, value_name = "MS")]
     pub(crate) watchdog: Option<u64>,
 
@@ -213,8 +213,8 @@ pub(crate) struct JudgedStation {
     pub(crate) gsd: Option<PathBuf>,
 }
 
-const FORM: &str = "expected ADDRESS,ident=HEX,cfg=HEX[,prm=HEX][,groups=HEX][,failsafe=1][,min-interval=MS][,absent], \
-    or ADDRESS,gsd=FILE with the same";
+const FORM: &str = "expected ADDRESS,ident=HEX,cfg=HEX[,prm=HEX][,groups=HEX][,failsafe=1][,min-interval=MS]\
+    [,watchdog=MS][,absent], or ADDRESS,gsd=FILE with the same";
 
 /// The longest user parameters and configuration.
 const MOST_PRM: usize = 237;
@@ -258,6 +258,10 @@ impl FromStr for JudgedStation {
                 "min-interval" => {
                     let time = value.parse().ok().and_then(millis);
                     slave.min_interval = Some(time.ok_or_else(|| wrong("milliseconds"))?);
+                }
+                "watchdog" => {
+                    let time = value.parse().ok().and_then(millis);
+                    slave.watchdog = Some(time.ok_or_else(|| wrong("milliseconds"))?);
                 }
                 "absent" if value.is_empty() => slave.absent = true,
                 "gsd" if !value.is_empty() => gsd = Some(PathBuf::from(value)),
@@ -357,8 +361,10 @@ mod tests {
     #[test]
     fn a_station_is_what_is_configured() {
         let station: JudgedStation =
-            "5,ident=1234,cfg=2313,prm=0102,groups=01,failsafe=1,min-interval=2.5,absent".parse().unwrap();
-        let Slave { address, ident, cfg, prm, groups, fail_safe, min_interval, absent, gsd: _ } =
+            "5,ident=1234,cfg=2313,prm=0102,groups=01,failsafe=1,min-interval=2.5,watchdog=500,absent"
+                .parse()
+                .unwrap();
+        let Slave { address, ident, cfg, prm, groups, fail_safe, min_interval, watchdog, absent, gsd: _ } =
             station.slave;
         assert_eq!(
             (address.number(), ident, cfg, prm),
@@ -366,6 +372,7 @@ mod tests {
         );
         assert_eq!((groups, fail_safe, absent), (Some(1), true, true));
         assert_eq!(min_interval, Some(Duration::from_micros(2500)));
+        assert_eq!(watchdog, Some(Duration::from_millis(500)));
         for (spec, part) in [
             ("5", "ident and cfg must be given"),
             ("5,ident=12345,cfg=23", "does not fit ident"),

@@ -63,11 +63,9 @@ impl Observer {
                 format!("WD_On with factors {first} and {second}; expected 1 to 255 each")
             });
             self.held(Row::P11);
-        } else if self.setup.watchdog.is_none() {
-            self.findings.obstacle(
-                Row::P11,
-                "the watchdog is off; whether the user wants it on is said by --watchdog",
-            );
+        } else if self.setup.watchdog(cycle.to).is_none() {
+            let reason = "the watchdog is off; whether the user wants it on is said by --watchdog";
+            self.findings.obstacle(Row::P11, reason);
         }
         self.content(cycle, Row::P04, status & RESERVED == 0, || {
             format!("octet 1 is 0x{status:02X}: bits 2 to 0 are reserved, expected 0")
@@ -140,8 +138,11 @@ impl Observer {
     }
 
     fn judge_watchdog(&mut self, cycle: &Cycle, slave: &Slave, status: u8, factors: (u8, u8), user: &[u8]) {
-        let Some(wanted) = self.setup.watchdog else {
-            self.findings.obstacle(Row::P03, "needs --watchdog: the time configured in the master");
+        let Some(wanted) = self.setup.watchdog(slave.address) else {
+            self.findings.obstacle(
+                Row::P03,
+                "needs --watchdog, or watchdog=MS of the station: as configured in the master",
+            );
             return;
         };
         let dpv1 = slave.gsd.as_ref().is_some_and(|gsd| gsd.flags.dpv1);

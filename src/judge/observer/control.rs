@@ -203,7 +203,7 @@ impl Observer {
 
     /// In this time OPERATE is announced again.
     fn longest_repeat(&self) -> Duration {
-        self.setup.watchdog.unwrap_or_default().saturating_mul(3).max(LEAST_REPEAT)
+        self.setup.longest_watchdog().unwrap_or_default().saturating_mul(3).max(LEAST_REPEAT)
     }
 
     /// When OPERATE, which was announced once, must have been announced again.

@@ -110,7 +110,7 @@ impl Judge {
         }
         let watchdogs = [Row::T08, Row::I07].into_iter().any(|row| self.is_one_of_few(row));
         if watchdogs && !core::mem::replace(&mut self.again.watched, true) {
-            let watchdog = self.observer.setup.watchdog.unwrap_or_default();
+            let watchdog = self.observer.setup.longest_watchdog().unwrap_or_default();
             until = now + self.cycle() * LEAST_CYCLES + watchdog * WATCHDOGS;
         }
         if self.wanted.contains(&Row::O01) {

@@ -70,6 +70,8 @@ mistakes! {
     SwappedIdent ["M-P05"]
     /// min T_SDR of 5.
     ShortTsdr ["M-P06"]
+    /// min T_SDR above max T_SDR of the slaves.
+    LongTsdr ["M-P06"]
     /// One octet of user parameters too many.
     LongPrm ["M-P07"]
     /// Other user parameters.
@@ -88,6 +90,8 @@ mistakes! {
     RestartsOnDiag ["M-D06", "M-D08", "M-D09"]
     /// No Global_Control at all.
     NoControl ["M-O01"]
+    /// OPERATE is announced to a group in which no station is.
+    OneGroup ["M-O01"]
     /// Reserved bits in Global_Control.
     ReservedControl ["M-O05"]
     /// Global_Control with Clear_Data when a slave is lost.
@@ -120,6 +124,8 @@ mistakes! {
     Unequal ["M-I04", "M-X03"]
     /// It asks stations that nobody configured.
     Strangers ["M-U12"]
+    /// Set_Slave_Add that nobody asked for.
+    SetsAddress ["M-U12"]
     /// SC, which only answers.
     SendsSc ["M-F01"]
     /// LE and LEr differ.
@@ -130,6 +136,8 @@ mistakes! {
     EmptySd2 ["M-F07"]
     /// Slave_Diag without SSAP.
     NoSsap ["M-F06"]
+    /// Data_Exchange with SAPs.
+    SapsForData ["M-F06"]
     /// A telegram with another source address.
     OtherSource ["M-F04"]
     /// FDL status of its own address.
@@ -353,6 +361,8 @@ mistakes! {
     TokenToNotReady ["M-K02"]
     /// The GAP goes on behind the next master in the ring.
     GapBeyondNext ["M-K04"]
+    /// Every second address of the GAP is left out.
+    GapSkips ["M-K04"]
     /// The GAP is never asked.
     NeverAsksGap ["M-K08"]
     /// An address of the GAP is asked in every rotation, whatever the GAP factor.

@@ -11,6 +11,7 @@
 //! | `operator` | what a user asks of it |
 //! | `ring` | the token, other masters, the GAP |
 //! | `serve` | the master on a link |
+//! | `habits` | what it can do otherwise, and rightly |
 //! | `mistakes` | what it can do wrong |
 
 #![allow(dead_code, reason = "each test program uses its part")]
@@ -23,6 +24,7 @@ use profidrive::profibus::fdl::telegram::{Decoded, decode};
 use profidrive::profibus::fdl::{Address, MAX_TELEGRAM_LEN};
 use profidrive::time::{BaudRate, Instant, SYN_BITS};
 
+pub(crate) mod habits;
 pub(crate) mod mistakes;
 mod operator;
 mod replies;
@@ -31,6 +33,7 @@ mod ring;
 mod serve;
 mod slave;
 
+use habits::Habit;
 use mistakes::Mistake;
 use ring::Ring;
 pub(crate) use serve::serve;
@@ -68,6 +71,7 @@ pub(crate) struct Settings {
     /// T_TR; without it the token is held for a whole cycle.
     pub(crate) ttr: Option<Duration>,
     pub(crate) stations: Vec<Configured>,
+    pub(crate) habits: Vec<Habit>,
 }
 
 /// The rate, unless another one is set.
@@ -97,6 +101,7 @@ impl Settings {
             auto_clear: None,
             ttr: None,
             stations: stations.iter().map(configured).collect(),
+            habits: Vec::new(),
         }
     }
 }
@@ -234,7 +239,7 @@ impl TestMaster {
         match self.mistake {
             Some(Mistake::TooFast) => self.syn(),
             Some(Mistake::Pauses) if self.cycles.is_multiple_of(100) => self.settings.watchdog * 11 / 10,
-            _ => self.settings.pause,
+            _ => self.usual_pause(),
         }
     }
 
@@ -292,13 +297,14 @@ impl TestMaster {
             _ => 1,
         };
         let skipped = turn == 1 && !slave.turns.is_multiple_of(every);
-        if slave.forgotten || skipped {
+        let skipped = skipped || slave.forgotten;
+        if skipped || self.lets_pass(turn) {
             self.turn += 1;
             return self.next_telegram(now);
         }
-        let octets = match slave.open.clone() {
+        let octets = match self.slaves[turn].open.clone() {
             Some(open) => self.again(turn, open),
-            None => self.ask(turn),
+            None => self.first_of_habit(turn).unwrap_or_else(|| self.ask(turn)),
         };
         self.slaves[turn].open = Some(octets.clone());
         self.ring.used += 1;
@@ -315,13 +321,15 @@ impl TestMaster {
             Stop::Clearing => Stop::Releasing,
             Stop::Releasing | Stop::Stopped => Stop::Stopped,
         };
-        if self.cycles == 20 && !self.cleared && self.stop == Stop::No {
+        let clear = self.cycles_of_clear();
+        if self.cycles == clear && !self.cleared && self.stop == Stop::No {
             self.operate = true;
         }
-        if self.cycles >= 20 && self.cycles.is_multiple_of(20) && !self.settings.class_2 {
+        let each = self.cycles_of_control();
+        if self.cycles >= each && self.cycles.is_multiple_of(each) && !self.settings.class_2 {
             let undo = if self.does(Mistake::UndoesSync) { 0x10 } else { 0 };
             let silent = !self.operate && self.does(Mistake::NoClearData);
-            let again = self.cycles > 20 && self.does(Mistake::AnnouncesOnce);
+            let again = self.cycles > clear && self.does(Mistake::AnnouncesOnce);
             if !silent && !again {
                 self.controls.push_back((if self.operate { undo } else { CLEAR }, 0));
             }
@@ -401,6 +409,7 @@ impl TestMaster {
         }
         let slave = &mut self.slaves[turn];
         slave.plain = 0;
+        slave.is_there = false;
         let limit = match mistake {
             Some(Mistake::NoRetry) => 0,
             Some(Mistake::EndlessRetries) => u32::MAX,

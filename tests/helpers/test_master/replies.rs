@@ -84,6 +84,13 @@ impl TestMaster {
         // What is no reply to this request does not end the waiting.
         let Some((status, data)) = answer else { return };
         self.waits = None;
+        if core::mem::take(&mut self.slaves[turn].asks_status) {
+            let slave = &mut self.slaves[turn];
+            (slave.is_there, slave.open) = (true, None);
+            self.turn += 1;
+            self.next = now + self.syn();
+            return;
+        }
         self.confirm(turn);
         let asked_diag = self.slaves[turn].wants_diag;
         if self.slaves[turn].state == State::Exchange && status.is_some() {
@@ -159,6 +166,9 @@ impl TestMaster {
         let mistake = self.mistake;
         if self.settings.class_2 {
             return self.read(turn, status, data);
+        }
+        if self.takes_of_habit(turn) {
+            return;
         }
         let slave = &mut self.slaves[turn];
         if self.stop == Stop::Releasing {

@@ -6,7 +6,7 @@ use profidrive::profibus::fdl::{
 
 use super::mistakes::Mistake;
 use super::slave::State;
-use super::{Beside, Configured, Stop, TestMaster};
+use super::{Beside, CLEAR, Configured, Stop, TestMaster};
 
 /// Slave_Diag, Get_Cfg, RD_Inp, RD_Outp.
 const READ: [u8; 4] = [60, 59, 56, 57];
@@ -20,8 +20,15 @@ impl TestMaster {
             _ if self.settings.class_2 => (Some(READ[self.slaves[turn].reads % READ.len()]), Vec::new()),
             _ if self.stop == Stop::Releasing => (Some(61), self.release(turn)),
             State::Exchange if wants_diag => (Some(60), Vec::new()),
+            // Every fiftieth time.
+            State::Exchange
+                if self.does(Mistake::SapsForData) && self.slaves[turn].turns.is_multiple_of(50) =>
+            {
+                (Some(57), self.outputs(turn))
+            }
             State::Exchange => (None, self.outputs(turn)),
             State::Diag1 | State::Diag2 => (Some(60), Vec::new()),
+            State::Prm if self.reads_cfg(turn) => (Some(59), Vec::new()),
             State::Prm => (Some(61), self.prm(turn)),
             State::Cfg => (Some(62), self.cfg(turn)),
         };
@@ -45,7 +52,7 @@ impl TestMaster {
         }
         let service = match self.mistake {
             Some(Mistake::WrongFunction) if sap == Some(61) => Service::SdaHigh,
-            _ => Service::SrdHigh,
+            _ => self.data_service(),
         };
         let address = self.slaves[turn].configured.address;
         self.telegram(address, sap, FunctionCode::request(service, count), &data)
@@ -81,6 +88,7 @@ impl TestMaster {
     pub(super) fn control(&self, command: u8, groups: u8) -> Vec<u8> {
         let command = if self.does(Mistake::ReservedControl) { command | 0x40 } else { command };
         let count = if self.does(Mistake::CountedControl) { FrameCount::First } else { FrameCount::Unused };
+        let groups = if self.does(Mistake::OneGroup) && command & CLEAR == 0 { 0x80 } else { groups };
         let fc = FunctionCode::request(Service::SdnHigh, count);
         self.telegram(127, Some(58), fc, &[command, groups])
     }
@@ -100,6 +108,8 @@ impl TestMaster {
         let first = FunctionCode::request(Service::SrdHigh, FrameCount::First);
         let octets = match self.mistake? {
             Mistake::Strangers => self.telegram(99, Some(61), first, &[0x88, 1, 1, 11, 0, 1, 0]),
+            // 126 to 99.
+            Mistake::SetsAddress => self.telegram(126, Some(55), first, &[99, 0x12, 0x34, 0]),
             Mistake::SendsSc => vec![0xE5],
             Mistake::BrokenLength => broken(2),
             Mistake::WrongEnd => broken(self.control(0, 0).len() - 1),
@@ -172,9 +182,11 @@ impl TestMaster {
 
     fn prm(&self, turn: usize) -> Vec<u8> {
         let Configured { ident, prm, groups, .. } = &self.slaves[turn].configured;
-        let units = u8::try_from(self.settings.watchdog.as_millis() / 10).unwrap_or(255);
+        let watchdog = self.watchdog_of(&self.slaves[turn].configured);
+        let units = u8::try_from(watchdog.as_millis() / 10).unwrap_or(255);
         let prepared = !self.does(Mistake::SyncUntold);
-        let (mut status, mut factors, mut tsdr) = (if prepared { 0xB8 } else { 0x88 }, [units, 1], 11);
+        let (mut status, mut factors, mut tsdr) =
+            (if prepared { 0xB8 } else { 0x88 }, [units, 1], self.least_tsdr());
         let [mut high, mut low] = ident.to_be_bytes();
         let (mut groups, mut user) = (*groups, prm.clone());
         match self.mistake {
@@ -183,6 +195,7 @@ impl TestMaster {
             Some(Mistake::ReservedPrm) => status |= 0x02,
             Some(Mistake::SwappedIdent) => core::mem::swap(&mut high, &mut low),
             Some(Mistake::ShortTsdr) => tsdr = 5,
+            Some(Mistake::LongTsdr) => tsdr = 200,
             Some(Mistake::LongPrm) => user.push(0),
             Some(Mistake::Dpv1Octets) => user.extend([0, 0, 0]),
             Some(Mistake::OtherPrm) => user[0] ^= 1,
@@ -192,6 +205,7 @@ impl TestMaster {
             Some(Mistake::ChangesPrm) if self.slaves[turn].start_ups > 1 => user[0] ^= 1,
             Some(Mistake::WatchdogOfTop) if self.does_at_top(Mistake::WatchdogOfTop) => factors = [units, 2],
             Some(Mistake::ShortWatchdog) => factors = [units / 2, 1],
+            _ if watchdog.is_zero() => (status, factors) = (status & !0x08, [0, 0]),
             _ => {}
         }
         [&[status, factors[0], factors[1], tsdr, high, low, groups][..], &user].concat()

@@ -113,6 +113,7 @@ impl TestMaster {
         let (own, next, hsa) = (self.settings.address, self.successor(), self.settings.hsa);
         let in_gap = |number: u8| match next {
             _ if self.does(Mistake::GapBeyondNext) => number != own,
+            _ if self.does(Mistake::GapSkips) && number.is_multiple_of(2) => false,
             next if next > own => number > own && number < next,
             next if next < own => number > own || number < next,
             _ => number != own,

@@ -54,6 +54,12 @@ pub(super) struct Slave {
     pub(super) reads: usize,
     /// The last good exchange.
     pub(super) exchanged: Instant,
+    /// It is being asked for its FDL status, and has answered.
+    pub(super) asks_status: bool,
+    pub(super) is_there: bool,
+    /// Get_Cfg, and the first of two Slave_Diags, were answered in this start-up.
+    pub(super) has_read_cfg: bool,
+    pub(super) has_diagnosed: bool,
 }
 
 impl Slave {
@@ -85,6 +91,10 @@ impl Slave {
             plain: 0,
             reads: 0,
             exchanged: Instant::ZERO,
+            asks_status: false,
+            is_there: false,
+            has_read_cfg: false,
+            has_diagnosed: false,
         }
     }
 
@@ -94,6 +104,7 @@ impl Slave {
         self.not_ready = 0;
         self.wrong_replies = 0;
         self.restarts = false;
+        (self.has_read_cfg, self.has_diagnosed) = (false, false);
     }
 
     pub(super) fn count_wrong_reply(&mut self) {
