@@ -96,7 +96,7 @@ settings! {
     EncoderRevolutions = 0x608F, 2, 1, "Position encoder resolution: in so many revolutions of the motor.";
     GearMotor = 0x6091, 1, 1, "Gear ratio: revolutions of the motor.";
     GearShaft = 0x6091, 2, 1, "Gear ratio: revolutions of the shaft.";
-    Feed = 0x6092, 1, 0, "Feed constant: units; 0: increments of the encoder.";
+    Feed = 0x6092, 1, 0, "Feed constant: units; 0, and 1 in 1 revolution: increments of the encoder.";
     FeedRevolutions = 0x6092, 2, 1, "Feed constant: in so many revolutions of the shaft.";
     HomingMethod = 0x6098, 0, 0, "Homing method.";
     HomingFast = 0x6099, 1, 0, "Speed to the switch; 0: 2 turns in a second.";

@@ -30,9 +30,10 @@ impl Units {
         };
         let encoder = ratio(Setting::EncoderIncrements, Setting::EncoderRevolutions, 10_000.0);
         let gear = ratio(Setting::GearMotor, Setting::GearShaft, 1.0);
-        let feed = match settings.of(Setting::Feed) {
-            ..=0 => encoder,
-            _units => ratio(Setting::Feed, Setting::FeedRevolutions, 1.0),
+        // Files say 1/1 where nobody set it: one unit in a revolution is nobody's unit.
+        let feed = match (settings.of(Setting::Feed), settings.of(Setting::FeedRevolutions)) {
+            (feed, revolutions) if feed <= 0 || feed == revolutions => encoder,
+            (_, _) => ratio(Setting::Feed, Setting::FeedRevolutions, 1.0),
         };
         let position = INCREMENTS_PER_REVOLUTION * gear / feed;
         let unit = settings.of(Setting::VelocityUnit);
@@ -76,6 +77,7 @@ mod tests {
         assert_eq!(units(&[(GearMotor, 10)])[0], 1000.0);
         // 5 mm of feed in micrometres behind a gear of 2.
         assert_eq!(units(&[(Feed, 5000), (GearMotor, 4), (GearShaft, 2)])[0], 2500.0);
+        assert_eq!(units(&[(Feed, 1), (FeedRevolutions, 1), (EncoderIncrements, 2000)])[0], 2000.0);
         assert_eq!(units(&[(Polarity, 0x80)])[0], -10_000.0);
         // What is blank in a file divides nothing.
         assert_eq!(units(&[(EncoderRevolutions, 0), (GearMotor, 0), (FeedRevolutions, 0)])[0], 10_000.0);
