@@ -11,6 +11,8 @@ pub mod fdl;
 
 pub mod dp;
 
+pub mod dpv1;
+
 pub mod ppo;
 
 pub mod pkw;

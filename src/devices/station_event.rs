@@ -7,6 +7,7 @@ use super::ag03;
 use super::ppo_drive;
 use crate::face::{ErrorKind, EventKind, Reason};
 use crate::profibus::dp;
+use crate::profibus::dpv1;
 use crate::profibus::fdl::FrameError;
 use crate::profibus::fdl::station::TooLate;
 
@@ -16,6 +17,8 @@ use crate::profibus::fdl::station::TooLate;
 pub enum StationEvent {
     /// The DP slave: parameters, configuration, data exchange, watchdog.
     Dp(dp::Event),
+    /// Services of DP-V1: records, alarms, connections.
+    Acyclic(dpv1::Event),
     /// Octets on the line were no telegram.
     TelegramRefused(FrameError),
     /// A reply was dropped because its time was over.
@@ -36,7 +39,7 @@ impl StationEvent {
     /// What it is about, for filters.
     pub const fn kind(&self) -> EventKind {
         match self {
-            Self::Dp(_) => EventKind::Dp,
+            Self::Dp(_) | Self::Acyclic(_) => EventKind::Dp,
             Self::TelegramRefused(_) | Self::ReplyTooLate(_) | Self::Lost { .. } => EventKind::Line,
             Self::Ag03(event) => event.kind(),
             #[cfg(feature = "std")]
@@ -51,7 +54,7 @@ impl StationEvent {
             Self::Ag03(event) => event.error(),
             #[cfg(feature = "std")]
             Self::PpoDrive(event) => event.kind().error(),
-            Self::TelegramRefused(_) | Self::ReplyTooLate(_) | Self::Lost { .. } => None,
+            Self::Acyclic(_) | Self::TelegramRefused(_) | Self::ReplyTooLate(_) | Self::Lost { .. } => None,
         }
     }
 
@@ -66,6 +69,7 @@ impl StationEvent {
     pub const fn is_detail(&self) -> bool {
         match self {
             Self::Dp(event) => event.is_detail(),
+            Self::Acyclic(event) => event.is_detail(),
             Self::Ag03(event) => event.is_detail(),
             #[cfg(feature = "std")]
             Self::PpoDrive(_) => false,
@@ -78,6 +82,7 @@ impl fmt::Display for StationEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Dp(event) => event.fmt(f),
+            Self::Acyclic(event) => event.fmt(f),
             Self::TelegramRefused(error) => write!(f, "ignored octets: {error}"),
             Self::ReplyTooLate(TooLate { after, limit }) => {
                 write!(f, "dropped a reply {after:?} after its request, expected at most {limit:?}")

@@ -3,7 +3,7 @@
 use super::context::{Asked, Context};
 use super::field::{Bits, Field, Mark, hex};
 use super::service::{self, Carried};
-use super::{Explanation, Kind, Sender};
+use super::{Explanation, Kind, Sender, acyclic};
 use crate::profibus::dp;
 use crate::profibus::fdl::telegram::{Decoded, Format, FrameError, decode};
 use crate::profibus::fdl::{
@@ -269,6 +269,18 @@ fn request(fdl: Service, telegram: &DataTelegram<'_>, at: usize, context: &mut C
         | Service::SdnHigh
         | Service::Msrd
         | Service::SrdLow
+        | Service::SrdHigh
+            if service.is_none() && acyclic::carries(telegram.dsap) =>
+        {
+            let (summary, fields) = acyclic::request(telegram.data, at);
+            Carried { service, summary, fields }
+        }
+        Service::SdaLow
+        | Service::SdnLow
+        | Service::SdaHigh
+        | Service::SdnHigh
+        | Service::Msrd
+        | Service::SrdLow
         | Service::SrdHigh => service::request(service, telegram.data, at, &mut learned),
     };
     context.learn(station, learned);
@@ -319,6 +331,10 @@ fn response(status: ReplyStatus, telegram: &DataTelegram<'_>, at: usize, context
     // Without its request an empty OK is the answer to FDL status.
     if empty && status == ReplyStatus::Ok && service == by_sap && by_sap == Some(dp::Service::DataExchange) {
         return plain(here(telegram), telegram.data, at);
+    }
+    if service.is_none() && !empty && acyclic::carries(telegram.ssap) {
+        let (summary, fields) = acyclic::response(telegram.data, at);
+        return Carried { service, summary, fields };
     }
     let mut learned = context.station(station);
     let mut carried = service::response(service, telegram.data, at, &mut learned);

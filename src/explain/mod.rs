@@ -44,6 +44,7 @@
 //! assert_eq!(job.unwrap().line(), "PKW job: read PNU 1018 Calibration value");
 //! ```
 
+mod acyclic;
 pub mod canopen;
 mod cfg;
 mod context;

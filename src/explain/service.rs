@@ -2,7 +2,7 @@
 
 use super::context::Learned;
 use super::field::Field;
-use super::{Sender, cfg, diag, ppo, set_prm};
+use super::{Sender, acyclic, cfg, diag, ppo, set_prm};
 use crate::devices::ag03::profibus::IDENT_NUMBER;
 use crate::profibus::dp::Service;
 use crate::profibus::dp::global_control::{ControlBit, GlobalControl, Latch};
@@ -19,11 +19,8 @@ pub(super) struct Carried {
 
 /// Number and use of a service access point at a slave.
 pub(super) fn sap_name(sap: Sap) -> String {
-    let of = match sap.number() {
-        53 => "Set_Ext_Prm (DP-V1)",
-        50 | 51 => "MS1 (DP-V1)",
-        _ => Service::of(Some(sap), None).map_or("none of DP-V0", Service::name),
-    };
+    let of = acyclic::sap_use(sap)
+        .unwrap_or_else(|| Service::of(Some(sap), None).map_or("none of DP-V0", Service::name));
     format!("SAP {sap}: {of}")
 }
 

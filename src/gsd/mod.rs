@@ -9,6 +9,7 @@
 //! | `module.rs` | modules, slots |
 //! | `master.rs` | [`MasterGsd`]: the file of a master, as far as it limits what is configured |
 //! | `parameter.rs` | user parameters: fields, ranges, texts, the octets of Set_Prm |
+//! | `acyclic.rs` | the keywords of DP-V1 |
 //! | `agreement.rs` | which modules the octets of Set_Prm can be those of |
 //! | `diagnosis.rs` | the texts of the diagnosis |
 //! | `hint.rs` | what is odd in a file, and what makes it useless |
@@ -35,6 +36,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod acyclic;
 mod agreement;
 mod diagnosis;
 mod hint;
@@ -51,6 +53,7 @@ mod statement;
 mod station;
 mod text;
 
+pub use acyclic::AcyclicKeywords;
 pub use diagnosis::{DiagArea, DiagBit, DiagType};
 pub use hint::{Hint, Level, Place, ReadError, did_you_mean};
 pub use layout::Placed;
@@ -100,6 +103,8 @@ pub struct Gsd {
     pub rates: Rates,
     /// The switches of the main part.
     pub flags: Flags,
+    /// The keywords of DP-V1: services, alarms, identification.
+    pub acyclic: AcyclicKeywords,
     /// Max_Diag_Data_Len: the longest Slave_Diag with its six fixed octets, 6..=244.
     pub max_diag_len: u8,
     /// Min_Slave_Intervall in units of 100 us.
@@ -167,7 +172,7 @@ pub struct Flags {
     pub watchdog_1ms: bool,
     /// Prm_Block_Structure_supp or Prm_Block_Structure_req.
     pub prm_blocks: bool,
-    /// C1_Read_Write_required or an alarm is required: what is not emulated, and a plant may need.
+    /// A mode is required that is not emulated, and that a plant may need.
     pub needs_dpv1_services: bool,
 }
 

@@ -20,7 +20,7 @@ use super::module::Module;
 use super::parameter::PrmPart;
 use super::statement::Statement;
 use super::text::{CodePage, trimmed};
-use super::{Flags, Gsd, lines};
+use super::{AcyclicKeywords, Flags, Gsd, lines};
 use crate::profibus::fdl::Rates;
 use crate::time::BaudRate;
 
@@ -88,6 +88,7 @@ impl Reader {
             ident: 0,
             rates: Rates::NONE,
             flags: Flags::default(),
+            acyclic: AcyclicKeywords::default(),
             max_diag_len: DIAG_FIXED_LEN,
             min_slave_interval: 1,
             max_module: None,

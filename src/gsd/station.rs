@@ -11,6 +11,7 @@ use super::split::{Plugged, Reading, admits, fixed_presets, hex, slot_count, spl
 use super::{Gsd, Parameter, PrmPart};
 use crate::profibus::dp::application::Expected;
 use crate::profibus::dp::{Application, CfgSyntax, Description, IoLengths, Reason, Refusal};
+use crate::profibus::dpv1::status::Status2;
 
 /// Octets of DPV1_Status.
 const STATUS_LEN: usize = 3;
@@ -269,11 +270,13 @@ impl Station {
     fn status_bits(&self) -> [u8; STATUS_LEN] {
         let flags = self.gsd.flags;
         let without = |bit: u8, supported: bool| if supported { 0xFF } else { !bit };
+        let [one, two, three] = self.gsd.acyclic.lacks();
         let mut bits = [
             without(WD_BASE_1MS, flags.watchdog_1ms)
-                & without(FAIL_SAFE, flags.fail_safe || flags.fail_safe_required),
-            0xFF,
-            without(PRM_STRUCTURE, flags.prm_blocks),
+                & without(FAIL_SAFE, flags.fail_safe || flags.fail_safe_required)
+                & !one,
+            !two,
+            without(PRM_STRUCTURE, flags.prm_blocks) & !three,
         ];
         for (bits, default) in bits.iter_mut().zip(&self.default_prm) {
             *bits |= *default;
@@ -396,8 +399,16 @@ impl Station {
                 }
             }
         }
-        if self.gsd.flags.dpv1 && user_prm.get(1).is_some_and(|status| *status & 0xFE != 0) {
-            remarks.push("the master enables alarms (DPV1_Status_2); none is emulated".to_owned());
+        if let (true, Some([_, status, _])) = (self.gsd.flags.dpv1, user_prm.first_chunk()) {
+            let never = |bit: &&Status2| bit.is_set(*status) && !bit.is_set(self.gsd.acyclic.alarms);
+            let alarms = Status2::ALL.iter().filter(|bit| **bit != Status2::CheckCfgMode).filter(never);
+            let names: Vec<_> = alarms.map(|bit| bit.name()).collect();
+            if !names.is_empty() {
+                let names = names.join(", ");
+                remarks.push(format!(
+                    "the master enables alarms that the GSD does not have: {names}; they never come"
+                ));
+            }
         }
         remarks
     }
@@ -441,6 +452,16 @@ impl Station {
         }
     }
 
+    /// What the GSD requires a master to enable.
+    fn judge_status(&self, user_prm: &[u8]) -> Result<(), Refusal> {
+        let status = user_prm.first_chunk().filter(|_| self.gsd.flags.dpv1);
+        let Some((index, bit)) = status.and_then(|status| self.gsd.acyclic.missing(*status)) else {
+            return Ok(());
+        };
+        let words = format!("{bit} is 0, and the GSD requires it: enable it in the master's project");
+        Err(self.refusal(index, Expected::AsReasoned, user_prm.get(index).copied(), words))
+    }
+
     fn judge_blocks(&self, user_prm: &[u8]) -> Result<(), Refusal> {
         let structured = user_prm.get(2).is_some_and(|status| status & PRM_STRUCTURE != 0);
         if !self.gsd.flags.dpv1 || !structured {
@@ -474,6 +495,7 @@ impl Station {
 
 impl Application for Station {
     fn judge_prm(&self, user_prm: &[u8]) -> Result<(), Refusal> {
+        self.judge_status(user_prm)?;
         self.judge_blocks(user_prm)?;
         let mut wrong = None;
         if self.policy.refuse_values {

@@ -23,30 +23,25 @@ use crate::profibus::fdl::MAX_TELEGRAM_LEN;
 use crate::profibus::fdl::{Address, Rates, Telegram};
 use crate::time::{BaudRate, Instant};
 
+mod acyclic;
+mod outputs;
+mod records;
+#[cfg(feature = "parameters")]
+mod records_file;
 mod reporting;
+
+use acyclic::Acyclic;
+pub use outputs::OutputsAre;
+pub use records::{StationRecord, StationRecords};
 
 /// The most inputs of a slave.
 const MAX_IO_LEN: usize = dp::chk_cfg::MAX_IO_LEN;
 
-/// Why the outputs are what they are.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum OutputsAre {
-    /// No master exchanges data: zeros.
-    #[default]
-    Unowned,
-    /// What the master sends.
-    Live,
-    /// The master cleared them (Global_Control with Clear_Data), and has sent none but zeros since.
-    Cleared,
-    /// The master sends no outputs (Fail_Safe).
-    FailSafe,
-    /// The watchdog expired: zeros, and the slave waits for Set_Prm.
-    WatchdogExpired,
-}
-
 /// A station that a GSD describes, with everything that a test bench does to it.
 pub struct GsdStation {
     station: dp::Station<Station>,
+    /// Its services of DP-V1, if its file promises any.
+    acyclic: Option<Box<Acyclic>>,
     /// The modules of the configuration in force, and the same for processes.
     layout: Vec<Placed>,
     slots: Vec<Slot>,
@@ -94,9 +89,11 @@ impl GsdStation {
     /// A station that has just been switched on. The words of what it refuses go into `refusals`.
     pub fn new(address: Address, baud: BaudRate, station: Station, refusals: Refusals) -> Self {
         let description = station.description();
+        let acyclic = Acyclic::of(station.gsd(), StationRecords::default());
         let station = dp::Station::new(address, baud, None, description, station);
         let mut this = Self {
             station,
+            acyclic,
             layout: Vec::new(),
             slots: Vec::new(),
             inputs: [0; MAX_IO_LEN],
@@ -311,6 +308,10 @@ impl GsdStation {
             return;
         }
         self.layout = layout;
+        let Self { acyclic, station, layout, .. } = self;
+        if let Some(acyclic) = acyclic {
+            acyclic.lay_out(station.slave().application().gsd(), layout);
+        }
         self.slots = self.layout.iter().map(|placed| placed.slot.clone()).collect();
         (self.inputs, self.mask) = ([0; MAX_IO_LEN], [0; MAX_IO_LEN]);
         let processes = self.processes.iter_mut().map(|(_, due)| due);
@@ -407,52 +408,6 @@ impl GsdStation {
             switch.set(value.is_some_and(|value| condition.holds(value)));
         }
     }
-
-    fn has_outputs_again(&self) -> bool {
-        let slave = self.slave();
-        match self.outputs_are {
-            OutputsAre::FailSafe => !slave.safe_state(),
-            OutputsAre::Cleared => slave.outputs().iter().any(|octet| *octet != 0),
-            OutputsAre::Unowned | OutputsAre::Live | OutputsAre::WatchdogExpired => false,
-        }
-    }
-
-    /// What an event of the slave means for the image and the log.
-    fn learn(&mut self, event: &dp::Event) {
-        self.refusals.learn(self.station.address(), event, self.station.slave().application());
-        match event {
-            dp::Event::PrmRejected { .. }
-            | dp::Event::CfgRejected { .. }
-            | dp::Event::Parameterised { .. }
-            | dp::Event::Released { .. }
-            | dp::Event::WrongOutputLength { .. }
-            | dp::Event::ApplicationSilent { .. }
-            | dp::Event::ApplicationAborted { .. } => self.outputs_are = OutputsAre::Unowned,
-            dp::Event::DataExchange { .. } => {
-                self.outputs_are = OutputsAre::Live;
-                self.lay_out(true);
-                self.tell_open();
-                self.prm = self.shown_prm();
-                let slave = self.slave();
-                for remark in slave.application().remarks(slave.configuration(), slave.user_prm()) {
-                    tracing::warn!("station {}: {remark}", self.station.address());
-                }
-            }
-            dp::Event::Controlled { command, .. } => {
-                self.outputs_are = if command.clear_data { OutputsAre::Cleared } else { OutputsAre::Live };
-            }
-            dp::Event::SafeState { .. } => self.outputs_are = OutputsAre::FailSafe,
-            dp::Event::WatchdogExpired { .. } => self.outputs_are = OutputsAre::WatchdogExpired,
-            dp::Event::PrmForeign { .. }
-            | dp::Event::MinTsdrOnly { .. }
-            | dp::Event::LatchClosed { .. }
-            | dp::Event::NotServed { .. }
-            | dp::Event::CfgToJudge { .. }
-            | dp::Event::Read { .. }
-            | dp::Event::AddressRefused { .. } => {}
-            dp::Event::AddressSet { .. } => self.keep_address(),
-        }
-    }
 }
 
 impl Images for GsdStation {
@@ -508,7 +463,7 @@ impl Participant for GsdStation {
     }
 
     fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent)) {
-        let outcome = self.station.handle_telegram(now, telegram);
+        let outcome = self.hear(now, telegram);
         if let Some(event) = outcome.event {
             self.learn(&event);
             news(StationEvent::Dp(event));
@@ -517,13 +472,19 @@ impl Participant for GsdStation {
         if outcome.exchanged && self.has_outputs_again() {
             self.outputs_are = OutputsAre::Live;
         }
+        while let Some(event) = self.poll_service() {
+            news(StationEvent::Acyclic(event));
+        }
         self.run(now);
     }
 
     fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(StationEvent)) {
-        if let Some(event) = self.station.handle_timeout(now) {
+        if let Some(event) = self.pass(now) {
             self.learn(&event);
             news(StationEvent::Dp(event));
+        }
+        while let Some(event) = self.poll_service() {
+            news(StationEvent::Acyclic(event));
         }
         self.run(now);
     }
@@ -538,7 +499,8 @@ impl Participant for GsdStation {
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
-        Instant::first_of(self.station.poll_timeout(), self.due())
+        let of_services = Instant::first_of(self.service_timeout(), self.due());
+        Instant::first_of(self.station.poll_timeout(), of_services)
     }
 
     fn watchdog_on(&self) -> bool {

@@ -77,7 +77,7 @@ pub use bus::{Addresses, Bus, BusEvent, Evidence, LISTEN_TIME, LineHint, Presenc
 pub use by_hand::ByHand;
 pub use clock::{ManualClock, SystemClock};
 pub use device_file::{eds_of_file, gsd_of_file};
-pub use gsd_station::{GsdStation, OutputsAre};
+pub use gsd_station::{GsdStation, OutputsAre, StationRecord, StationRecords};
 pub use participant::{Appearance, Participant, StationKind};
 pub use ppo_drive::{HostedPpoDrive, PpoJudge};
 pub use reach::Reach;

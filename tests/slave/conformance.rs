@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 /// Each page with how many rows it has, and of which list.
 const PAGES: &[(&str, usize, &str)] = &[
     ("docs/conformance.md", 117, "dp-v0.md 13"),
+    ("docs/dpv1-conformance.md", 92, "dp-v1.md 11"),
     ("docs/canopen-conformance.md", 92, "canopen-link.md 14, canopen-ag03.md 17"),
     ("docs/ap10-conformance.md", 18, "canopen-ap10.md 18"),
     ("docs/asda-a2-conformance.md", 19, "canopen-asda-a2.md 15"),
@@ -80,6 +81,7 @@ fn rows_of(page: &str) -> Vec<Row> {
             id.as_bytes(),
             [b'A'..=b'Z', b'-', b'0'..=b'9', b'0'..=b'9']
                 | [b'A'..=b'Z', b'A'..=b'Z', b'-', b'0'..=b'9', b'0'..=b'9']
+                | [b'V', b'1', b'-', b'R', b'0'..=b'9', b'0'..=b'9']
         );
         is_id.then(|| Row { id: id.to_owned(), shown: shown.to_owned(), claims: named(shown) })
     });
@@ -125,6 +127,9 @@ fn ids(name: &str) -> impl Iterator<Item = String> {
     let pairs: Vec<String> = parts
         .chunks(2)
         .map_while(|pair| match pair {
+            ["v1", row] if row.len() == 3 && row.starts_with('r') => {
+                Some(format!("V1-{}", row.to_uppercase()))
+            }
             [letters, number]
                 if matches!(letters.len(), 1 | 2) && number.len() == 2 && number.parse::<u8>().is_ok() =>
             {

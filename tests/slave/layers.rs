@@ -12,6 +12,7 @@ const TABLE: &[(&str, &[&str])] = &[
     ("image", &[]),
     ("profibus::fdl", &["time"]),
     ("profibus::dp", &["profibus::fdl", "time"]),
+    ("profibus::dpv1", &["profibus::dp", "profibus::fdl", "time"]),
     ("profibus::ppo", &[]),
     ("profibus::pkw", &["profibus::ppo"]),
     ("can_bus::can", &["time"]),
@@ -47,7 +48,7 @@ const TABLE: &[(&str, &[&str])] = &[
     // Text of a device file, and what is odd in it.
     ("device_file", &[]),
     // A slave of any kind.
-    ("gsd", &["device_file", "process", "profibus::dp", "profibus::fdl", "time"]),
+    ("gsd", &["device_file", "process", "profibus::dp", "profibus::dpv1", "profibus::fdl", "time"]),
     // A node of any kind.
     ("eds", &["can_bus::canopen", "device_file"]),
     ("explain", &["can_bus", "devices", "face", "profibus", "time"]),

@@ -14,6 +14,8 @@ mod ag03_node;
 mod ap10_node;
 #[path = "../helpers/asda_a2_node/mod.rs"]
 mod asda_a2_node;
+#[path = "../helpers/dpv1_line.rs"]
+mod dpv1_line;
 #[path = "../helpers/drive_line.rs"]
 mod drive_line;
 #[path = "../helpers/drive_rig.rs"]
@@ -63,6 +65,8 @@ mod conformance;
 mod data_exchange;
 mod diagnosis;
 mod dp_states;
+mod dpv1;
+mod dpv1_connections;
 mod drive_behaviour;
 mod drive_faults;
 mod drive_log;
@@ -75,6 +79,8 @@ mod eds_node;
 mod fuzz_corpus;
 mod generic_slave;
 mod gsd;
+#[cfg(feature = "std")]
+mod gsd_acyclic;
 #[cfg(feature = "std")]
 mod gsd_modules;
 #[cfg(feature = "std")]

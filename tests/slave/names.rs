@@ -25,6 +25,7 @@ const PARTS: &[&str] = &[
     "can_bus/canopen",
     "can_bus/cia402",
     "profibus/dp",
+    "profibus/dpv1",
     "profibus/fdl",
     "profibus/pkw",
     "profibus/ppo",

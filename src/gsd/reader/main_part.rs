@@ -181,6 +181,7 @@ impl Reader {
                     gsd.channel_diag.push((number, trimmed(text)));
                 }
             }
+            _ if gsd.acyclic.take(line) => {}
             required if required.ends_with("_required") => gsd.flags.needs_dpv1_services |= flags,
             _other => self.rate_or_text(line),
         }

@@ -67,7 +67,7 @@ impl GsdStation {
             self.live.get_mut(slot.inputs.clone()).unwrap_or_default().fill(0);
         }
         match self.all_raised().blocks(self.gsd(), &self.layout) {
-            Ok(blocks) => self.station.file_diagnosis(&blocks),
+            Ok(blocks) => self.file(&blocks),
             Err(error) => {
                 tracing::warn!(
                     "station {}: its diagnosis cannot be reported: {error}",

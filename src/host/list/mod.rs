@@ -103,6 +103,11 @@ pub static DEVICES: &[Device] = &[
             Choice { required: true, ..Choice::of("gsd", Takes::File(&[]), "The device file.") },
             Choice::of("strict", Takes::Flag, "Refuses everything that the GSD does not allow."),
             Choice::of(
+                "records",
+                Takes::File(&["toml"]),
+                "The records that a master of DP-V1 reads and writes, and the identification of the station.",
+            ),
+            Choice::of(
                 "modules",
                 Takes::Names,
                 "The names of the modules that are plugged in, slot by slot, \"\" for an empty slot. Without it the master \

@@ -14,8 +14,8 @@ use crate::devices::ppo_drive::{Drive, Settings};
 use crate::gsd::{Level, Policy, Station, did_you_mean};
 use crate::host::fault::{Condition, Switch};
 use crate::host::{
-    GsdStation, HostedPpoDrive, Participant, PpoJudge, Refusals, StateDir, StateDirError, Stored, ValueBoard,
-    gsd_of_file,
+    GsdStation, HostedPpoDrive, Participant, PpoJudge, Refusals, StateDir, StateDirError, StationRecords,
+    Stored, ValueBoard, gsd_of_file,
 };
 use crate::process::{Elsewhere, Input, Point};
 use crate::profibus::dp::{Application as _, Description, Fixed};
@@ -200,7 +200,15 @@ pub(super) fn gsd_station(spec: &Spec) -> Result<Prepared, Wrong> {
     let (given, folder) = &spec.choices.inputs;
     let inputs = inputs::inputs("input", given, folder, &station)?;
     let timed = timed::rows("diagnosis", &spec.choices.diagnoses, &station)?;
+    let records = match spec.choices.file("records") {
+        Some(file) => records_of_file(file).map_err(|words| Wrong::at("records", words))?,
+        None => StationRecords::default(),
+    };
     let (address, gsd) = (spec.address(), station.gsd());
+    if spec.choices.file("records").is_some() && !(gsd.flags.dpv1 && (gsd.acyclic.c1 || gsd.acyclic.c2)) {
+        let words = "its GSD has no services of DP-V1 (DPV1_Slave with C1_Read_Write_supp or C2_Read_Write_supp), so nobody can read records; leave records out";
+        return Err(Wrong::at("records", words));
+    }
     let about =
         format!("{} {}, ident 0x{:04X}, from its GSD at address {address}", gsd.vendor, gsd.model, gsd.ident);
     let prepared = Prepared::new(about, move |ground, parts| {
@@ -209,10 +217,11 @@ pub(super) fn gsd_station(spec: &Spec) -> Result<Prepared, Wrong> {
         };
         let gsd = station.gsd();
         if gsd.flags.needs_dpv1_services {
-            tracing::warn!("station {address}: its GSD requires services of DPV1, which are not emulated");
+            tracing::warn!("station {address}: its GSD requires a mode that is not emulated");
         }
         let mut hosted = GsdStation::new(address, ground.rate, station, ground.refusals.clone())
             .on_board(ground.board.clone())
+            .with_records(records)
             .with_timed(ground.now, timed);
         for input in parts.inputs {
             hosted.connect_input(input);
@@ -385,6 +394,21 @@ fn table(choices: &Choices) -> Result<Table, Wrong> {
         try_out(&table).map_err(wrong)?;
     }
     Ok(table)
+}
+
+/// The records of a station from their file.
+#[cfg(feature = "parameters")]
+fn records_of_file(file: &Path) -> Result<StationRecords, String> {
+    let name = file.display();
+    let text = std::fs::read_to_string(file).map_err(|error| format!("cannot read {name}: {error}"))?;
+    StationRecords::from_toml(&text).map_err(|error| format!("{name}, {error}"))
+}
+
+/// Reads nothing: the feature `parameters` is off.
+#[cfg(not(feature = "parameters"))]
+fn records_of_file(file: &Path) -> Result<StationRecords, String> {
+    let name = file.display();
+    Err(format!("{name}: this program reads no records; build it with the feature parameters"))
 }
 
 /// A table of parameters from its file.

@@ -106,6 +106,17 @@ impl ExtDiag {
         Ok(())
     }
 
+    /// The same behind a device-related block, which shows a fault or not.
+    ///
+    /// # Errors
+    /// [`BlockError::Length`] of the block.
+    pub(crate) fn behind(&self, block: &[u8], fault: bool) -> Result<Self, BlockError> {
+        let mut all = Self { octets: [0; MAX_LEN], len: 0, ext_diag: self.ext_diag || fault, ..*self };
+        all.push(Block::Device(block))?;
+        all.push_octets(self.octets())?;
+        Ok(all)
+    }
+
     /// The blocks on the wire, 0..=238 octets.
     pub fn octets(&self) -> &[u8] {
         self.octets.get(..self.len).unwrap_or_default()

@@ -52,6 +52,7 @@ pub use event::{Configuration, Event, NotServed};
 pub use ext_diag::ExtDiag;
 pub use framed::Framed;
 pub use global_control::{ControlBit, GlobalControl};
+pub(crate) use octet_bits::octet_bits;
 pub use policy::Policy;
 pub use set_prm::{PrmBit, PrmFault, SetPrm};
 pub use set_slave_add::{AddressFault, SetSlaveAdd, StoredAddress};

@@ -245,12 +245,20 @@ impl<A: Application> Slave<A> {
     /// Data_Exchange is answered with high priority until the owner has read it, that of a fault that has gone
     /// too (`dp-v0.md` 6.2 rules 1, 2 and 4).
     pub fn file_diagnosis(&mut self, diagnosis: &ExtDiag) {
-        let limit = usize::from(self.description.max_diag_len).saturating_sub(STANDARD_DIAG_LEN);
-        let diagnosis = diagnosis.within(limit);
+        let diagnosis = diagnosis.within(self.diag_limit());
         if self.ext_diag != diagnosis {
             self.ext_diag = diagnosis;
             self.announced = true;
         }
+    }
+
+    /// Files an extended diagnosis that is no news for the owner: what it has read leaves it.
+    pub(crate) fn replace_diagnosis(&mut self, diagnosis: &ExtDiag) {
+        self.ext_diag = diagnosis.within(self.diag_limit());
+    }
+
+    fn diag_limit(&self) -> usize {
+        usize::from(self.description.max_diag_len).saturating_sub(STANDARD_DIAG_LEN)
     }
 
     /// The extended diagnosis as it was filed, cut to what the description allows.

@@ -31,7 +31,7 @@ use super::{
 };
 use crate::profibus::fdl;
 use crate::profibus::fdl::station::TooLate;
-use crate::profibus::fdl::{Address, Reception, Request, Telegram};
+use crate::profibus::fdl::{Address, Reception, Reply, Request, Telegram};
 use crate::time::{BaudRate, Instant};
 
 /// A DP-V0 slave at its address, and the application that judges for it.
@@ -146,6 +146,11 @@ impl<A: Application> Station<A> {
         self.slave.file_diagnosis(diagnosis);
     }
 
+    /// Puts another extended diagnosis in place of the one that is filed, without telling the master.
+    pub(crate) fn replace_diagnosis(&mut self, diagnosis: &ExtDiag) {
+        self.slave.replace_diagnosis(diagnosis);
+    }
+
     /// Judges the configuration of [`Event::CfgToJudge`] at `now`. Without effect if a newer Set_Prm or Chk_Cfg has
     /// come since. A refusal names the octet that the application does not like.
     pub fn judge_cfg(
@@ -178,6 +183,17 @@ impl<A: Application> Station<A> {
     /// Takes a telegram whose last octet ended at `now`. At a rate that its description does not have a station hears
     /// nothing.
     pub fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>) -> Outcome {
+        self.handle_beside(now, telegram, &mut ())
+    }
+
+    /// The same with what answers beside the slave.
+    #[inline(always)]
+    pub(crate) fn handle_beside(
+        &mut self,
+        now: Instant,
+        telegram: &Telegram<'_>,
+        beside: &mut impl Beside<A>,
+    ) -> Outcome {
         if !self.knows_rate {
             return Outcome::default();
         }
@@ -200,7 +216,7 @@ impl<A: Application> Station<A> {
             Reception::Data(request) => {
                 Outcome { event: self.slave.handle_sdn(now, request), exchanged: false }
             }
-            Reception::DataWithReply(request) => self.serve(now, request),
+            Reception::DataWithReply(request) => self.serve(now, request, beside),
         }
     }
 
@@ -231,7 +247,13 @@ impl<A: Application> Station<A> {
         self.slave.poll_timeout()
     }
 
-    fn serve(&mut self, now: Instant, request: &Request<'_>) -> Outcome {
+    #[inline(always)]
+    fn serve(&mut self, now: Instant, request: &Request<'_>, beside: &mut impl Beside<A>) -> Outcome {
+        if let Some(reply) = beside.serve(now, &self.slave, request) {
+            self.fed = false;
+            self.fdl.reply(now, request, reply);
+            return Outcome::default();
+        }
         let handled = self.slave.handle_srd(now, request);
         self.fed = handled.fed;
         self.fdl.reply(now, request, handled.reply);
@@ -248,6 +270,20 @@ impl<A: Application> Station<A> {
             self.fdl.set_address(stored.address);
         }
         Outcome { event: Some(event), exchanged }
+    }
+}
+
+/// What answers at service access points that are none of DP-V0, and sees what a slave is asked.
+pub(crate) trait Beside<A> {
+    /// The reply to a request that is none of the slave's; `None`: it is the slave's.
+    fn serve(&mut self, now: Instant, slave: &Slave<A>, request: &Request<'_>) -> Option<Reply<'_>>;
+}
+
+/// Nothing: a slave of DP-V0.
+impl<A> Beside<A> for () {
+    #[inline(always)]
+    fn serve(&mut self, _: Instant, _: &Slave<A>, _: &Request<'_>) -> Option<Reply<'_>> {
+        None
     }
 }
 

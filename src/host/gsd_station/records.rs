@@ -1,0 +1,185 @@
+//! The records of a station from a GSD, by slot and index, and its identification and maintenance.
+
+use core::time::Duration;
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::profibus::dpv1::identification::LEN;
+use crate::profibus::dpv1::{ErrorCode, Failure, Identification, Job, MAX_DATA, NotDone, Records};
+
+/// One record.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StationRecord {
+    /// What is in it, 1..=240 octets; a master writes as many.
+    pub data: Vec<u8>,
+    /// A master can read it.
+    pub read: bool,
+    /// A master can write it.
+    pub write: bool,
+    /// How long a job takes.
+    pub delay: Duration,
+}
+
+/// The records of a station.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StationRecords {
+    pub(crate) records: BTreeMap<(u8, u8), StationRecord>,
+    /// I&M0 of slot 0, if there is identification.
+    pub(crate) identification: Option<Identification>,
+    /// I&M1 to I&M4 that can be written, and what is in them.
+    pub(crate) blocks: BTreeMap<u16, [u8; LEN]>,
+    /// The least Send_Timeout of a connection, times 10 ms.
+    pub(crate) min_send_timeout: u16,
+    /// The slots of the configuration.
+    pub(super) slots: BTreeSet<u8>,
+}
+
+impl Default for StationRecords {
+    fn default() -> Self {
+        Self {
+            records: BTreeMap::new(),
+            identification: None,
+            blocks: BTreeMap::new(),
+            min_send_timeout: 100,
+            slots: BTreeSet::new(),
+        }
+    }
+}
+
+impl StationRecords {
+    /// The records by slot and index.
+    pub fn iter(&self) -> impl Iterator<Item = ((u8, u8), &StationRecord)> {
+        self.records.iter().map(|(place, record)| (*place, record))
+    }
+
+    /// What is in a record; `None` if there is none.
+    pub fn record(&self, slot: u8, index: u8) -> Option<&StationRecord> {
+        self.records.get(&(slot, index))
+    }
+
+    /// The device changes what is in a record, also in one that a master cannot write. Whether it has as many octets.
+    pub fn change(&mut self, slot: u8, index: u8, data: &[u8]) -> bool {
+        let Some(record) = self.records.get_mut(&(slot, index)) else { return false };
+        let fits = record.data.len() == data.len();
+        if fits {
+            record.data = data.to_vec();
+        }
+        fits
+    }
+
+    /// Adds a record at a slot and an index, in place of another one.
+    pub fn insert(&mut self, place: (u8, u8), record: StationRecord) {
+        self.records.insert(place, record);
+    }
+
+    fn has(&self, slot: u8) -> bool {
+        slot == 0 || self.slots.contains(&slot) || self.records.keys().any(|(of, _)| *of == slot)
+    }
+
+    fn find(&mut self, job: &Job) -> Result<&mut StationRecord, NotDone> {
+        if !self.has(job.slot) {
+            return Err(NotDone::refused(ErrorCode::INVALID_SLOT));
+        }
+        let record = self.records.get_mut(&(job.slot, job.index));
+        record.ok_or(NotDone::refused(ErrorCode::INVALID_INDEX))
+    }
+}
+
+impl StationRecord {
+    fn wait(&self, job: &Job) -> Result<(), NotDone> {
+        if job.now.saturating_since(job.since) < self.delay { Err(NotDone::Yet) } else { Ok(()) }
+    }
+}
+
+impl Records for StationRecords {
+    fn read(&mut self, job: &Job, out: &mut [u8]) -> Result<usize, NotDone> {
+        let record = self.find(job)?;
+        if !record.read {
+            return Err(NotDone::refused(ErrorCode::ACCESS_DENIED));
+        }
+        record.wait(job)?;
+        for (place, octet) in out.iter_mut().zip(&record.data) {
+            *place = *octet;
+        }
+        Ok(record.data.len().min(MAX_DATA.into()))
+    }
+
+    fn write(&mut self, job: &Job, data: &[u8]) -> Result<(), NotDone> {
+        let record = self.find(job)?;
+        if !record.write {
+            return Err(NotDone::refused(ErrorCode::ACCESS_DENIED));
+        }
+        if record.data.len() != data.len() {
+            return Err(NotDone::refused(ErrorCode::WRITE_LENGTH));
+        }
+        record.wait(job)?;
+        record.data = data.to_vec();
+        Ok(())
+    }
+
+    fn identification(&mut self, slot: u8, block: u16) -> Result<[u8; LEN], Failure> {
+        if !self.has(slot) {
+            return Err(Failure::of(ErrorCode::INVALID_SLOT));
+        }
+        let missing = Failure::of(ErrorCode::INVALID_INDEX);
+        let identification = self.identification.filter(|_| slot == 0).ok_or(missing)?;
+        match block {
+            0 => Ok(identification.octets()),
+            _ => self.blocks.get(&block).copied().ok_or(missing),
+        }
+    }
+
+    fn keep_identification(&mut self, slot: u8, block: u16, octets: &[u8; LEN]) -> Result<(), Failure> {
+        self.identification(slot, block)?;
+        self.blocks.insert(block, *octets);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::profibus::dpv1::Channel;
+    use crate::profibus::fdl::Address;
+    use crate::time::Instant;
+
+    #[test]
+    fn a_record_says_what_it_allows_and_when() {
+        let job = |slot, index, now| Job {
+            master: Address::station(2).unwrap(),
+            channel: Channel::Ms1,
+            slot,
+            index,
+            since: Instant::ZERO,
+            now: Instant::from_millis(now),
+        };
+        let record = |read, write, delay| StationRecord {
+            data: vec![1, 2],
+            read,
+            write,
+            delay: Duration::from_millis(delay),
+        };
+        let mut records = StationRecords { slots: [1].into(), ..StationRecords::default() };
+        records.records.insert((1, 1), record(true, false, 0));
+        records.records.insert((5, 1), record(false, true, 20));
+        let mut out = [0; 240];
+        assert_eq!(records.read(&job(1, 1, 0), &mut out), Ok(2));
+        assert_eq!(records.read(&job(1, 2, 0), &mut out), Err(NotDone::refused(ErrorCode::INVALID_INDEX)));
+        assert_eq!(records.read(&job(0, 1, 0), &mut out), Err(NotDone::refused(ErrorCode::INVALID_INDEX)));
+        assert_eq!(records.read(&job(2, 1, 0), &mut out), Err(NotDone::refused(ErrorCode::INVALID_SLOT)));
+        assert_eq!(records.read(&job(5, 1, 0), &mut out), Err(NotDone::refused(ErrorCode::ACCESS_DENIED)));
+        assert_eq!(records.write(&job(1, 1, 0), &[1, 2]), Err(NotDone::refused(ErrorCode::ACCESS_DENIED)));
+        assert_eq!(records.write(&job(5, 1, 0), &[1]), Err(NotDone::refused(ErrorCode::WRITE_LENGTH)));
+        assert_eq!(records.write(&job(5, 1, 19), &[3, 4]), Err(NotDone::Yet));
+        assert_eq!(records.write(&job(5, 1, 20), &[3, 4]), Ok(()));
+        assert_eq!(records.record(5, 1).unwrap().data, [3, 4]);
+        assert!(records.change(1, 1, &[9, 9]) && !records.change(1, 1, &[9]) && !records.change(7, 7, &[9]));
+        assert_eq!(records.identification(0, 0), Err(Failure::of(ErrorCode::INVALID_INDEX)));
+        records.identification = Some(Identification::PLAIN);
+        records.blocks.insert(1, [0; LEN]);
+        assert_eq!(records.identification(0, 0), Ok(Identification::PLAIN.octets()));
+        assert_eq!(records.keep_identification(0, 1, &[7; LEN]), Ok(()));
+        assert_eq!(records.identification(0, 1), Ok([7; LEN]));
+        assert!(records.keep_identification(0, 2, &[7; LEN]).is_err());
+        assert_eq!(records.identification(9, 0), Err(Failure::of(ErrorCode::INVALID_SLOT)));
+    }
+}
