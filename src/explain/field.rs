@@ -56,6 +56,7 @@ impl fmt::Display for Bits {
 /// Whether something is in order. The greatest of several counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "snake_case"))]
+#[cfg_attr(all(test, feature = "panel"), derive(utoipa::ToSchema))]
 pub enum Mark {
     /// In order.
     #[default]

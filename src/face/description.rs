@@ -8,6 +8,8 @@ use crate::time::Instant;
 
 /// Whether a device is supplied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "panel", derive(serde::Serialize), serde(rename_all = "snake_case"))]
+#[cfg_attr(all(test, feature = "panel"), derive(utoipa::ToSchema))]
 pub enum Supply {
     /// It is not.
     Off,
@@ -48,6 +50,8 @@ impl From<Option<f64>> for Amount<'_> {
 
 /// What a value is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "panel", derive(serde::Serialize), serde(rename_all = "snake_case"))]
+#[cfg_attr(all(test, feature = "panel"), derive(utoipa::ToSchema))]
 pub enum Group {
     /// Where the shaft is, and what moves it.
     Motion,
@@ -215,6 +219,8 @@ pub struct Switches<'a> {
 
 /// Whether a parameter can be read and written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "panel", derive(serde::Serialize), serde(rename_all = "snake_case"))]
+#[cfg_attr(all(test, feature = "panel"), derive(utoipa::ToSchema))]
 pub enum ParameterAccess {
     /// Read only.
     ReadOnly,

@@ -48,6 +48,8 @@ impl fmt::Debug for Bus {
 
 /// Whether a station takes part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "panel", derive(serde::Serialize), serde(rename_all = "snake_case"))]
+#[cfg_attr(all(test, feature = "panel"), derive(utoipa::ToSchema))]
 pub enum Presence {
     /// It hears its telegrams and answers them.
     Active,

@@ -14,8 +14,8 @@ use super::description::Problems;
 use super::line::Acted;
 use super::problem::{Body, Problem};
 use super::routes::Place;
-use super::station::PowerName;
 use crate::face::Description;
+use crate::face::description::Supply;
 use crate::face::surroundings::{Declined, Input, InputKind, Level, Surroundings};
 
 /// The longest lease of a key.
@@ -156,7 +156,7 @@ pub(super) struct PowerChange {
 #[derive(Clone, Copy, Debug, Serialize)]
 #[cfg_attr(test, derive(utoipa::ToSchema))]
 pub(super) struct PowerAnswer {
-    power: PowerName,
+    power: Supply,
 }
 
 /// The inputs of a station

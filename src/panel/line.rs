@@ -23,15 +23,16 @@ use tokio::time::Instant as Moment;
 
 use super::problem::Problem;
 use super::queue::{self, Lends};
-use super::station::{PowerName, PresenceName, State};
+use super::station::State;
 use super::stream::{Hub, Readers};
 use crate::devices::{CanopenDevice, Vocabulary};
 use crate::explain::Known;
 use crate::face::Description;
+use crate::face::description::Supply;
 use crate::face::surroundings::Surroundings;
-use crate::host::Bus;
 use crate::host::fault::{BusKind, Rule};
 use crate::host::list::Spec;
+use crate::host::{Bus, Presence};
 use crate::time::{BaudRate, Instant};
 
 /// The highest address on any bus.
@@ -54,8 +55,8 @@ pub(super) struct Station<'a> {
     /// Its name in the list of devices.
     pub(super) device: &'static str,
     pub(super) product: Cow<'a, str>,
-    pub(super) power: Option<PowerName>,
-    pub(super) presence: Option<PresenceName>,
+    pub(super) power: Option<Supply>,
+    pub(super) presence: Option<Presence>,
     pub(super) exchanging: bool,
     /// What its bus calls its state.
     pub(super) bus_state: Option<String>,
@@ -109,7 +110,7 @@ pub(super) trait OnLine {
     ///
     /// # Errors
     /// As [`Self::act`].
-    fn switch(&mut self, address: u8, on: bool) -> Result<PowerName, Problem>;
+    fn switch(&mut self, address: u8, on: bool) -> Result<Supply, Problem>;
 
     /// Puts a station on the line and says where.
     ///

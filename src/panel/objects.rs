@@ -31,7 +31,7 @@ pub(super) struct ObjectState {
     /// The type of CiA 301.
     #[serde(rename = "type")]
     data: &'static str,
-    access: AccessName,
+    access: Access,
     /// A number or a text; `null` if it cannot be read.
     value: Option<ObjectValue>,
     /// The octets as SDO carries them, low octet first.
@@ -47,17 +47,6 @@ pub(super) enum ObjectValue {
     Whole(i64),
     Real(f64),
     Text(String),
-}
-
-/// What a client may do with an entry.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[cfg_attr(test, derive(utoipa::ToSchema))]
-#[serde(rename_all = "snake_case")]
-pub(super) enum AccessName {
-    Const,
-    Ro,
-    Wo,
-    Rw,
 }
 
 /// Every entry of the dictionary.
@@ -261,7 +250,7 @@ impl ObjectState {
             sub: format!("{:02X}", entry.sub.0),
             name,
             data: entry.data.name(),
-            access: entry.access.into(),
+            access: entry.access,
             value: octets.as_deref().and_then(|octets| ObjectValue::of(entry.data, octets)),
             octets_hex: octets.as_deref().map(crate::explain::hex),
             refused,
@@ -284,16 +273,5 @@ impl ObjectValue {
         } else {
             Self::Text(format!("{value:?}"))
         })
-    }
-}
-
-impl From<Access> for AccessName {
-    fn from(access: Access) -> Self {
-        match access {
-            Access::Const => Self::Const,
-            Access::Ro => Self::Ro,
-            Access::Wo => Self::Wo,
-            Access::Rw => Self::Rw,
-        }
     }
 }

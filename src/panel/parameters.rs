@@ -36,7 +36,7 @@ pub(super) struct ParameterState {
     unit: String,
     /// The choices, if the value is one of a few.
     choices: Option<Vec<Choice>>,
-    access: ParameterAccessName,
+    access: ParameterAccess,
     low: Option<f64>,
     high: Option<f64>,
     default: Option<f64>,
@@ -52,17 +52,6 @@ pub(super) struct ParameterState {
 struct Choice {
     value: u16,
     text: &'static str,
-}
-
-/// Whether a parameter can be read and written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[cfg_attr(test, derive(utoipa::ToSchema))]
-#[serde(rename_all = "snake_case")]
-enum ParameterAccessName {
-    ReadOnly,
-    ReadWrite,
-    /// A command: it reads as 0.
-    WriteOnly,
 }
 
 /// All parameters of a station.
@@ -239,11 +228,7 @@ impl ParameterState {
             first_element: parameter.elements.map(|(first, _)| first),
             unit: parameter.unit.to_string(),
             choices: (!parameter.choices.is_empty()).then(|| parameter.choices.iter().map(choice).collect()),
-            access: match parameter.access {
-                ParameterAccess::ReadOnly => ParameterAccessName::ReadOnly,
-                ParameterAccess::ReadWrite => ParameterAccessName::ReadWrite,
-                ParameterAccess::WriteOnly => ParameterAccessName::WriteOnly,
-            },
+            access: parameter.access,
             low: parameter.low,
             high: parameter.high,
             default: parameter.usual,

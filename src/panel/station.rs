@@ -20,7 +20,7 @@ use super::modules::Diagnosis;
 use super::stream::LastRefusal;
 use super::switches::SwitchesState;
 use crate::explain::Known;
-use crate::face::description::Group;
+use crate::face::description::{Group, Supply};
 use crate::face::{Description, Why};
 use crate::host::Presence;
 use crate::host::fault::BusKind;
@@ -28,38 +28,6 @@ use crate::time::Instant;
 use display::Display;
 
 pub(super) use values::{AmountState, BitState, Entry, Past, Process, ValueState, WordState};
-
-/// A bus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[cfg_attr(test, derive(utoipa::ToSchema))]
-#[serde(rename_all = "snake_case")]
-pub(super) enum BusName {
-    Profibus,
-    Canopen,
-}
-
-/// Whether a station is supplied.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[cfg_attr(test, derive(utoipa::ToSchema))]
-#[serde(rename_all = "snake_case")]
-pub(super) enum PowerName {
-    Off,
-    On,
-    /// Switched on with the DIP switches of a factory reset: only the LEDs work.
-    FactoryReset,
-}
-
-/// Whether a station takes part on its line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[cfg_attr(test, derive(utoipa::ToSchema))]
-#[serde(rename_all = "snake_case")]
-pub(super) enum PresenceName {
-    Active,
-    /// Listens whether somebody else has its address.
-    Joining,
-    /// Somebody else has its address.
-    Refused,
-}
 
 /// A fault that a station is in.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -77,7 +45,7 @@ pub(super) struct FaultNow {
 pub(super) struct Summary {
     /// The name of its line.
     line: String,
-    bus: BusName,
+    bus: BusKind,
     /// The station address, or the node number.
     #[cfg_attr(test, schema(minimum = 0, maximum = 127))]
     address: u8,
@@ -86,9 +54,9 @@ pub(super) struct Summary {
     /// Its name for people.
     product: String,
     /// `null`: its supply is not switched here.
-    power: Option<PowerName>,
+    power: Option<Supply>,
     /// `null`: every node takes part.
-    presence: Option<PresenceName>,
+    presence: Option<Presence>,
     /// Whether it exchanges process data.
     exchanging: bool,
     /// What its bus calls its state: `DATA-EXCH`, `PRE-OPERATIONAL`; `null` while it is off.
@@ -178,25 +146,6 @@ pub(super) struct ReasonText {
     pub(super) text: String,
 }
 
-impl BusName {
-    pub(super) const fn of(kind: BusKind) -> Self {
-        match kind {
-            BusKind::Profibus => Self::Profibus,
-            BusKind::Can => Self::Canopen,
-        }
-    }
-}
-
-impl PresenceName {
-    pub(super) const fn of(presence: Option<Presence>) -> Self {
-        match presence {
-            Some(Presence::Active) => Self::Active,
-            Some(Presence::Joining) => Self::Joining,
-            Some(Presence::Refused) | None => Self::Refused,
-        }
-    }
-}
-
 impl Reasons {
     pub(super) fn of(why: Option<&dyn Why>) -> Self {
         let Some(why) = why else { return Self::default() };
@@ -224,7 +173,7 @@ impl Summary {
         });
         Some(Self {
             line: line.into(),
-            bus: BusName::of(lent.kind()),
+            bus: lent.kind(),
             address,
             device: station.device,
             product: station.product.into_owned(),

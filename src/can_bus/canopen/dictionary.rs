@@ -157,6 +157,8 @@ pub struct Entry {
 
 /// What a client may do with an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "panel", derive(serde::Serialize), serde(rename_all = "snake_case"))]
+#[cfg_attr(all(test, feature = "panel"), derive(utoipa::ToSchema))]
 pub enum Access {
     /// Read; never changes.
     Const,

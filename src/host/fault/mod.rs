@@ -70,12 +70,15 @@ pub(crate) struct Whom {
     pub(crate) id: Option<Id>,
 }
 
-/// What a fault is for.
+/// The kind of a bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "panel", derive(serde::Serialize), serde(rename_all = "snake_case"))]
+#[cfg_attr(all(test, feature = "panel"), derive(utoipa::ToSchema))]
 pub enum BusKind {
     /// A line of PROFIBUS.
     Profibus,
     /// A bus of CAN with its nodes.
+    #[cfg_attr(feature = "panel", serde(rename = "canopen"))]
     Can,
 }
 

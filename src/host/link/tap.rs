@@ -237,6 +237,8 @@ pub struct Seen<'a> {
 
 /// Which way octets pass a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "panel", derive(serde::Serialize), serde(rename_all = "snake_case"))]
+#[cfg_attr(all(test, feature = "panel"), derive(utoipa::ToSchema))]
 pub enum Direction {
     /// From the line: of a master, or of another station.
     Heard,

@@ -4,7 +4,7 @@ use core::any::Any;
 use std::collections::BTreeMap;
 
 use super::super::problem::Problem;
-use super::super::station::{FaultNow, PowerName, State};
+use super::super::station::{FaultNow, State};
 use super::state::{Counted, Counters, ErrorStateName, LineStation};
 use super::{Act, Acted, OnLine, Station, in_one_line, no_station};
 use crate::can_bus::can::BitRate;
@@ -12,6 +12,7 @@ use crate::can_bus::canopen::node::storage::Eeprom;
 use crate::can_bus::canopen::{Address, NmtState, NodeId};
 use crate::devices::{CanopenDevice, CanopenEvent, Vocabulary};
 use crate::face::Description;
+use crate::face::description::Supply;
 use crate::host::StateDir;
 use crate::host::can::{Bus, Product, Seat, StoredNode};
 use crate::host::fault::{BusKind, Rule};
@@ -100,7 +101,7 @@ impl OnLine for NodeAccess<'_> {
             description: device.description(),
             device: product.name,
             product: product.sheet.product_name.into(),
-            power: Some(device.supply().into()),
+            power: Some(device.supply()),
             presence: None,
             exchanging: state == Some(NmtState::Operational),
             bus_state: state.map(|state| format!("{state}")),
@@ -141,7 +142,7 @@ impl OnLine for NodeAccess<'_> {
         done.unwrap_or_else(|| Err(no_station(address, &there)))
     }
 
-    fn switch(&mut self, address: u8, on: bool) -> Result<PowerName, Problem> {
+    fn switch(&mut self, address: u8, on: bool) -> Result<Supply, Problem> {
         let there = self.addresses();
         let wanted = self.device(address).map(|(_, device)| device.number_at_start().number());
         if let Some(wanted) = wanted.filter(|wanted| on && *wanted != address && there.contains(wanted)) {
@@ -155,7 +156,7 @@ impl OnLine for NodeAccess<'_> {
                 (false, true) => device.power_off(now),
                 (true, true) | (false, false) => {}
             }
-            PowerName::from(device.supply())
+            device.supply()
         });
         switched.ok_or_else(|| no_station(address, &there))
     }

@@ -3,7 +3,7 @@
 use core::any::Any;
 
 use super::super::problem::Problem;
-use super::super::station::{PowerName, PresenceName, State, ValueState};
+use super::super::station::{State, ValueState};
 use super::state::{self, Counted, Counters};
 use super::{Act, Acted, OnLine, Silent, Station, in_one_line, no_station};
 use crate::explain::Known;
@@ -87,16 +87,6 @@ fn dp_state(state: dp::State) -> &'static str {
     }
 }
 
-impl From<Supply> for PowerName {
-    fn from(supply: Supply) -> Self {
-        match supply {
-            Supply::Off => Self::Off,
-            Supply::On => Self::On,
-            Supply::FactoryReset => Self::FactoryReset,
-        }
-    }
-}
-
 /// What a station was asked and answered.
 fn counted(counters: &StationCounters) -> [(&'static str, u64); 5] {
     [
@@ -129,8 +119,8 @@ impl OnLine for BusAccess<'_> {
             description,
             device: if device.is_empty() { "own" } else { device },
             product: if product.is_empty() { model } else { product },
-            power: description.supply().map(PowerName::from),
-            presence: Some(PresenceName::of(self.bus.presence(address))),
+            power: description.supply(),
+            presence: self.bus.presence(address),
             exchanging: slave == Some(dp::State::DataExch),
             bus_state: slave.map(|state| dp_state(state).into()),
             owner: owner.map(Address::number),
@@ -177,7 +167,7 @@ impl OnLine for BusAccess<'_> {
         done.unwrap_or_else(|| act(&mut Silent, &acted))
     }
 
-    fn switch(&mut self, address: u8, on: bool) -> Result<PowerName, Problem> {
+    fn switch(&mut self, address: u8, on: bool) -> Result<Supply, Problem> {
         let (now, at) = (self.ground.now, Address::from_octet(address));
         let switch = |station: &mut dyn Description| {
             if !(on && station.supply() == Some(Supply::On)) {
@@ -192,7 +182,7 @@ impl OnLine for BusAccess<'_> {
             switch(station);
             station.supply()
         });
-        Ok(switched.flatten().map_or(PowerName::Off, PowerName::from))
+        Ok(switched.flatten().unwrap_or(Supply::Off))
     }
 
     fn add(&mut self, mut spec: Spec) -> Result<u8, Problem> {
@@ -227,7 +217,7 @@ impl OnLine for BusAccess<'_> {
         let station = |address: Address| state::LineStation {
             address: address.number(),
             device: self.station(address.number()).map_or("own", |station| station.device),
-            presence: Some(PresenceName::of(self.bus.presence(address))),
+            presence: self.bus.presence(address),
             owner_address: self.bus.appearance(address).and_then(|seen| seen.owner).map(Address::number),
             counters: self.bus.station_counters(address).map(counted).unwrap_or_default().into(),
             reply_times: self.bus.station_counters(address).map(state::ReplyTime::of),

@@ -10,10 +10,11 @@ use serde::Serialize;
 #[cfg(test)]
 use super::super::description::Problems;
 use super::super::problem::Problem;
-use super::super::station::{BusName, PresenceName, seconds};
+use super::super::station::seconds;
 use super::faults::{self, FaultState};
 use super::{Line, Lines, OnLine};
 use crate::can_bus::can::ErrorState;
+use crate::host::Presence;
 use crate::host::can::bus;
 use crate::host::fault::{BusKind, Row};
 use crate::host::list::{DEVICES, Device, Group, Takes};
@@ -35,7 +36,7 @@ pub(in crate::panel) struct LineList {
 struct LineSummary {
     /// Its name.
     line: String,
-    bus: BusName,
+    bus: BusKind,
     /// What a master opens.
     link: String,
     rate_bits_per_second: u32,
@@ -109,7 +110,7 @@ pub(in crate::panel) struct LineStation {
     pub(super) address: u8,
     /// As on the command line.
     pub(super) device: &'static str,
-    pub(super) presence: Option<PresenceName>,
+    pub(super) presence: Option<Presence>,
     /// The master that owns the slave; `null`: none does, or it is no slave of ours.
     pub(super) owner_address: Option<u8>,
     /// What it was asked and answered, by names.
@@ -232,8 +233,7 @@ impl DeviceChoice {
 impl LineSummary {
     fn of(line: &Line, rate_bits_per_second: u32) -> Self {
         let Line { name, kind, link, .. } = line;
-        let bus = BusName::of(*kind);
-        Self { line: name.as_ref().into(), bus, link: link.as_ref().into(), rate_bits_per_second }
+        Self { line: name.as_ref().into(), bus: *kind, link: link.as_ref().into(), rate_bits_per_second }
     }
 }
 

@@ -16,7 +16,7 @@ pub(in crate::panel) struct ValueState {
     unit: Option<&'static str>,
     /// A number in that unit, a word, or `null`.
     value: AmountState,
-    group: GroupName,
+    group: Group,
     /// It is worth a curve.
     #[serde(skip_serializing_if = "is_false")]
     curve: bool,
@@ -31,17 +31,6 @@ pub(in crate::panel) struct ValueState {
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde calls it")]
 const fn is_false(flag: &bool) -> bool {
     !*flag
-}
-
-/// What a value is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[cfg_attr(test, derive(utoipa::ToSchema))]
-#[serde(rename_all = "snake_case")]
-enum GroupName {
-    Motion,
-    Measured,
-    Slave,
-    Counter,
 }
 
 /// A number, a flag, a word, or nothing.
@@ -176,12 +165,7 @@ impl ValueState {
             name: name.into(),
             unit: unit_of(unit),
             value: AmountState::of(amount, digits),
-            group: match group {
-                Group::Motion => GroupName::Motion,
-                Group::Measured => GroupName::Measured,
-                Group::Slave => GroupName::Slave,
-                Group::Counter => GroupName::Counter,
-            },
+            group,
             curve: curve == Curve::Own,
             setpoint_of: match curve {
                 Curve::SetpointOf(key) => Some(key),
@@ -198,7 +182,7 @@ impl ValueState {
             name: key.replace('_', " "),
             unit: None,
             value: AmountState::Whole(i64::try_from(count).unwrap_or(i64::MAX)),
-            group: GroupName::Counter,
+            group: Group::Counter,
             curve: false,
             setpoint_of: None,
             digits: None,

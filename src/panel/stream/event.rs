@@ -64,51 +64,14 @@ pub(in crate::panel) struct LastRefusal {
 pub(in crate::panel) struct TelegramEvent {
     time_seconds: f64,
     line: String,
-    direction: DirectionName,
+    direction: Direction,
     /// Octets apart; of a frame its data.
     octets_hex: String,
     /// One line.
     text: String,
     from_address: Option<u8>,
     to_address: Option<u8>,
-    mark: MarkName,
-}
-
-/// Whether a telegram is in order.
-#[derive(Clone, Copy, Debug, Serialize)]
-#[cfg_attr(test, derive(utoipa::ToSchema))]
-#[serde(rename_all = "snake_case")]
-enum MarkName {
-    /// In order.
-    Plain,
-    /// In order, and tells of trouble: a refused job, a fault, a diagnosis that is not good.
-    Trouble,
-    /// A mistake of whoever sent it: the station refuses or ignores it.
-    Mistake,
-    /// No telegram.
-    Invalid,
-}
-
-/// Which way a telegram went.
-#[derive(Clone, Copy, Debug, Serialize)]
-#[cfg_attr(test, derive(utoipa::ToSchema))]
-#[serde(rename_all = "snake_case")]
-enum DirectionName {
-    /// Of a master or another station.
-    Heard,
-    /// Of a station of this line.
-    Sent,
-}
-
-impl From<Mark> for MarkName {
-    fn from(mark: Mark) -> Self {
-        match mark {
-            Mark::Plain => Self::Plain,
-            Mark::Trouble => Self::Trouble,
-            Mark::Mistake => Self::Mistake,
-            Mark::Invalid => Self::Invalid,
-        }
-    }
+    mark: Mark,
 }
 
 impl ClassName {
@@ -300,15 +263,12 @@ impl TelegramEvent {
         let telegram = Self {
             time_seconds: seconds(at),
             line: line.as_ref().into(),
-            direction: match direction {
-                Direction::Heard => DirectionName::Heard,
-                Direction::Sent => DirectionName::Sent,
-            },
+            direction,
             octets_hex: explain::hex(octets),
             text: explanation.line(),
             from_address: from,
             to_address: to,
-            mark: explanation.mark().into(),
+            mark: explanation.mark(),
         };
         Item { message: message_of("telegram", &telegram), line, about: [from, to] }
     }
