@@ -179,7 +179,7 @@ impl fmt::Display for BaudRate {
 }
 
 /// Bits of one character on the line: start, eight data, even parity, stop.
-pub const BITS_PER_OCTET: u32 = 11;
+pub(crate) const BITS_PER_OCTET: u32 = 11;
 
 /// The idle time before every request, T_SYN, in T_bit.
 pub const SYN_BITS: u32 = 33;

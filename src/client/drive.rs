@@ -35,7 +35,7 @@ pub use channel::Ag03Channel;
 pub use goal::{Goal, GoalError, GoalOutcome, Limits};
 pub use obstacle::{Findings, Obstacle, Obstacles};
 pub use why::Why;
-pub use zsw::ZswPattern;
+pub(crate) use zsw::ZswPattern;
 
 use core::time::Duration;
 

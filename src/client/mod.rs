@@ -17,11 +17,12 @@ pub mod node;
 mod pkw;
 mod ppo;
 
+pub(crate) use drive::ZswPattern;
 pub use drive::{
     Ag03Channel, DriveClient, Findings, Goal, GoalError, GoalOutcome, Limits, Obstacle, Obstacles, Why,
-    ZswPattern,
 };
-pub use node::{NodeClient, NodeGoal, NodeLimits, NodeOutcome, NodeSigns, NodeTrouble};
+pub(crate) use node::NodeSigns;
+pub use node::{NodeClient, NodeGoal, NodeLimits, NodeOutcome, NodeTrouble};
 pub use pkw::{
     ArrayJobs, ErrorCode, Images, Job, Limit, Memory, NotSubmitted, Outcome, PkwClient, PkwError, Profile,
     Reply, Stage, SubindexPlace, WriteReply,

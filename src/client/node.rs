@@ -38,9 +38,10 @@ use crate::time::Instant;
 use heapless::Deque;
 
 use course::{Act, CONTROLWORD, Or};
-pub use outcome::{MOST_OCTETS, NodeGoal, NodeLimits, NodeOutcome, NodeTrouble};
+pub(crate) use outcome::MOST_OCTETS;
+pub use outcome::{NodeGoal, NodeLimits, NodeOutcome, NodeTrouble};
 use pursuit::Before;
-pub use why::NodeSigns;
+pub(crate) use why::NodeSigns;
 
 use super::course::Course;
 

@@ -116,7 +116,7 @@ impl<'a> Value<'a> {
 
     /// With so many digits behind the point.
     #[must_use]
-    pub const fn digits(self, digits: u8) -> Self {
+    pub(crate) const fn digits(self, digits: u8) -> Self {
         Self { digits: Some(digits), ..self }
     }
 

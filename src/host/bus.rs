@@ -24,7 +24,7 @@ mod stations;
 pub use event::BusEvent;
 pub use hint::{Addresses, LineHint};
 pub use join::{Evidence, LISTEN_TIME};
-pub use station_errors::StationErrors;
+pub(crate) use station_errors::StationErrors;
 use stations::Stations;
 
 /// The stations on one line: up to 127, drives and others, each with its own state.
@@ -134,7 +134,7 @@ impl Bus {
     }
 
     /// Shows the values of its stations that somebody follows.
-    pub fn show_on(&mut self, board: ValueBoard) {
+    pub(crate) fn show_on(&mut self, board: ValueBoard) {
         self.stations.board = Some(board);
     }
 
@@ -188,7 +188,7 @@ impl Bus {
     }
 
     /// Does something to the station at `address`. Counts as a `handle_*` call.
-    pub fn with_description<R>(
+    pub(crate) fn with_description<R>(
         &mut self,
         address: Address,
         act: impl FnOnce(&mut dyn Description) -> R,

@@ -12,7 +12,7 @@ use crate::{eds, gsd};
 ///
 /// # Errors
 /// What is wrong with it, with its name.
-pub fn gsd_of_file(file: &Path) -> Result<Gsd, String> {
+pub(crate) fn gsd_of_file(file: &Path) -> Result<Gsd, String> {
     let octets = octets(file, gsd::MAX_FILE_LEN)?;
     let read = octets.map_err(|got| gsd::ReadError::TooLong { got }).and_then(|octets| Gsd::read(&octets));
     read.map_err(|error| format!("{}: {error}", file.display()))
@@ -22,7 +22,7 @@ pub fn gsd_of_file(file: &Path) -> Result<Gsd, String> {
 ///
 /// # Errors
 /// What is wrong with it, with its name.
-pub fn eds_of_file(file: &Path) -> Result<Eds, String> {
+pub(crate) fn eds_of_file(file: &Path) -> Result<Eds, String> {
     let octets = eds_octets_of_file(file)?;
     Eds::read(&octets).map_err(|error| format!("{}: {error}", file.display()))
 }

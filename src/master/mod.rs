@@ -44,7 +44,7 @@ mod simulated;
 pub use axes::Axes;
 pub use drive::{Drive, DriveError, Identity, Reached, Seen};
 pub use error::SessionError;
-pub use parameters::{Change, Restored, Wanted, WriteOutcome, changes};
+pub use parameters::{Change, Restored, WriteOutcome, changes};
 pub use peripheral::{Slave, options, peripheral};
 pub use phy::{LinkPhy, baudrate, instant};
 pub use profile_drive::{ProfileDrive, ProfileReached, Values};

@@ -53,7 +53,7 @@ pub struct Restored {
 }
 
 /// Parameters with the values they shall have, [`Entry::number`] of them.
-pub type Wanted = [(&'static Entry, i32)];
+pub(crate) type Wanted = [(&'static Entry, i32)];
 
 impl<L: Link, C: Clock> Drive<L, C> {
     /// Reads every parameter of this model that can be written: what is to be saved. `step` is called after each.

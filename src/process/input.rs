@@ -28,7 +28,7 @@ impl Input {
     }
 
     /// The input.
-    pub const fn point(&self) -> Point {
+    pub(crate) const fn point(&self) -> Point {
         self.to
     }
 

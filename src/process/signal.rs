@@ -36,7 +36,7 @@ impl<R> Signal<R> {
     }
 
     /// What it follows.
-    pub const fn source(&self) -> &Source<R> {
+    pub(crate) const fn source(&self) -> &Source<R> {
         &self.source
     }
 

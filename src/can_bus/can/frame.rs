@@ -9,7 +9,7 @@ use core::fmt;
 use thiserror::Error;
 
 /// The most octets a frame carries.
-pub const MAX_OCTETS: usize = 8;
+pub(crate) const MAX_OCTETS: usize = 8;
 
 /// The largest data length code that fits into its four bits.
 const MAX_DLC: u8 = 15;
@@ -185,7 +185,7 @@ pub enum IdError {
 /// extended  id28..id18 SRR=1 IDE=1 id17..id0 RTR       behind both with the same eleven bits
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Priority(u32);
+pub(crate) struct Priority(u32);
 
 impl Priority {
     const fn of(id: Id, remote: bool) -> Self {

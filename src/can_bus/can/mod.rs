@@ -18,5 +18,6 @@ pub mod slcan;
 pub mod timing;
 
 pub use confinement::{Confinement, ErrorState};
-pub use frame::{BaseId, Content, ExtendedId, Frame, FrameError, Id, IdError, MAX_OCTETS, Priority};
+pub use frame::{BaseId, Content, ExtendedId, Frame, FrameError, Id, IdError};
+pub(crate) use frame::{MAX_OCTETS, Priority};
 pub use rate::{BitRate, BitRateError};

@@ -13,7 +13,7 @@ use super::value::Value;
 use crate::time::Instant;
 
 /// The most octets that a device keeps beside its dictionary.
-pub const MAX_BESIDE: usize = 32;
+pub(crate) const MAX_BESIDE: usize = 32;
 
 /// A device on CANopen.
 ///

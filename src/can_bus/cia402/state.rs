@@ -127,7 +127,7 @@ impl State {
     }
 
     /// What a master sends in this state until operation is enabled, in words.
-    pub const fn to_enable(self) -> &'static str {
+    pub(crate) const fn to_enable(self) -> &'static str {
         match self {
             Self::NotReadyToSwitchOn | Self::SwitchOnDisabled => "send 6040h = 0006h, then 0007h, then 000Fh",
             Self::ReadyToSwitchOn => "send 6040h = 0007h, then 000Fh",

@@ -11,7 +11,7 @@ use crate::profibus::ppo::Zsw;
 ///
 /// The flow charts of both manuals print them (figures 13 and 14), character for character the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct ZswPattern {
+pub(crate) struct ZswPattern {
     /// The bits that matter.
     pub mask: u16,
     /// Their values.

@@ -61,7 +61,7 @@ pub enum NodeOutcome {
 }
 
 /// The most octets of a value that [`NodeOutcome::Read`] gives; longer ones are cut.
-pub const MOST_OCTETS: usize = 64;
+pub(crate) const MOST_OCTETS: usize = 64;
 
 /// Why something cannot be done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]

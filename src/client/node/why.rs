@@ -7,7 +7,7 @@ use crate::face::{Reason, Why};
 
 /// What a master knows of a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct NodeSigns {
+pub(crate) struct NodeSigns {
     /// Its NMT state; `None`: it does not tell.
     pub nmt: Option<NmtState>,
     /// 6041h.

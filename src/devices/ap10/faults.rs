@@ -73,7 +73,7 @@ impl fmt::Display for Fault {
 
 /// What is left of the battery.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Battery {
+pub(crate) enum Battery {
     /// Enough.
     Good,
     /// To be replaced within three months.

@@ -35,11 +35,13 @@ mod shaft;
 mod words;
 
 pub use display::{Arrow, Display, Row};
-pub use faults::{Battery, Fault};
+pub(crate) use faults::Battery;
+pub use faults::Fault;
 pub use indicator::{Backup, Event, Indicator, Quirks, Restore};
 pub use keys::Key;
 pub use leds::{Leds, Light};
 pub use set_point::Slot;
 pub use settings::{Mode, Rule, Setting, Settings};
-pub use shaft::{RESOLUTION, Turns};
+pub(crate) use shaft::RESOLUTION;
+pub use shaft::Turns;
 pub use words::{Control, ControlBit, Status, StatusBit};

@@ -10,7 +10,7 @@
 use super::settings::{Setting, Settings};
 
 /// Steps of one revolution that the sensor tells apart (6501h).
-pub const RESOLUTION: u32 = 880;
+pub(crate) const RESOLUTION: u32 = 880;
 
 /// Half of the counting range: 0A000000h steps in all, as 650Ah says.
 const HALF_RANGE: i64 = 83_886_080;

@@ -39,7 +39,8 @@ pub use super::servo::{inputs, plant};
 pub use alarm::{Alarm, Clearing, Effect};
 pub use inputs::{Axis, Closed, Inputs, Switches};
 pub use plant::Constants;
-pub use settings::{Digit, Setting, Settings};
+pub(crate) use settings::Digit;
+pub use settings::{Setting, Settings};
 
 use super::servo::{homing, position, profile};
 use crate::can_bus::cia402::{Controlword, Mode, State};

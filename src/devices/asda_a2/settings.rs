@@ -9,7 +9,7 @@ use crate::face::DataType::{I8, I16, I32, U8, U16, U32};
 
 /// What of a value survives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Keeping {
+pub(crate) enum Keeping {
     /// Nothing.
     Volatile,
     /// Power-off, once stored.
@@ -214,7 +214,7 @@ settings! {
 
 /// A digit of a parameter, X is the lowest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Digit {
+pub(crate) enum Digit {
     /// Bits 3..0.
     X,
     /// Bits 7..4.

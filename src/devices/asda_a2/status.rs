@@ -121,7 +121,7 @@ impl Servo {
     }
 
     /// PUU of a position in increments, counted from home.
-    pub fn puu(&self, increments: f64) -> i32 {
+    pub(crate) fn puu(&self, increments: f64) -> i32 {
         whole((increments - self.origin) / self.gear())
     }
 

@@ -6,7 +6,7 @@ use crate::face::ErrorKind;
 /// How often which error happened at a station, beside what [`StationCounters`](crate::profibus::fdl::StationCounters) have: numbers
 /// that only grow. They begin at 0 when the station is connected, and a power cycle leaves them as they are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct StationErrors {
+pub(crate) struct StationErrors {
     counts: [u64; ErrorKind::ALL.len()],
 }
 

@@ -27,7 +27,8 @@ mod occupant;
 mod wire;
 
 pub use event::{Counters, Damage, Event, Tuned};
-pub use occupant::{Full, Heard, Notes};
+pub(crate) use occupant::Notes;
+pub use occupant::{Full, Heard};
 
 use event::Events;
 use occupant::{Occupant, Station};
@@ -35,7 +36,7 @@ use wire::Wire;
 
 /// How far behind `now` frames and deadlines are still worked off at their own times. Whoever calls later than that
 /// (a process that was stopped for a minute) finds the bus as if it had stood still meanwhile.
-pub const CATCH_UP: Duration = Duration::from_millis(100);
+pub(crate) const CATCH_UP: Duration = Duration::from_millis(100);
 
 /// How much later a station is called again that was called at its time and wants to be called at that time still.
 const AGAIN: Duration = Duration::from_micros(100);
@@ -96,7 +97,7 @@ impl<E: 'static> Bus<E> {
     }
 
     /// Shows the values of nodes that come from now on, if somebody follows them.
-    pub fn show_on(&mut self, board: ValueBoard) {
+    pub(crate) fn show_on(&mut self, board: ValueBoard) {
         self.board = Some(board);
     }
 
@@ -242,7 +243,7 @@ impl<E: 'static> Bus<E> {
     }
 
     /// Whether [`Event::Passed`] is reported for each frame. At first not.
-    pub const fn watch(&mut self, watched: bool) {
+    pub(crate) const fn watch(&mut self, watched: bool) {
         self.events.watched = watched;
     }
 

@@ -67,7 +67,7 @@ pub(crate) use line::AdapterNews;
 pub use line::{Line, News, Stay};
 pub use link_spec::{LinkSpec, LinkSpecError};
 pub use node::StoredNode;
-pub use node_counters::NodeCounters;
+pub(crate) use node_counters::NodeCounters;
 pub(crate) use node_signals::number;
 pub use node_signals::{NodeOrigin, NodeSignal};
 pub use participant::CanParticipant;

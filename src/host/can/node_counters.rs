@@ -8,7 +8,7 @@ use crate::devices::CanopenEvent;
 /// Counters of a node: plain numbers that only grow. They begin at 0 when the node is made, and a power cycle leaves
 /// them as they are. A frame that was sent counts when the bus takes it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct NodeCounters {
+pub(crate) struct NodeCounters {
     /// Frames of clients to its SDO server, segments and aborts among them.
     pub sdo_requests: u64,
     /// SDO transfers that the node ended with an abort code.

@@ -29,7 +29,7 @@ impl Bus<CanopenEvent> {
     }
 
     /// Gives a node that is not on the bus yet what is for it, so that its boot-up is concerned, and the board of the bus.
-    pub fn add_faults_to(&self, now: Instant, node: &mut StoredNode) {
+    pub(crate) fn add_faults_to(&self, now: Instant, node: &mut StoredNode) {
         for (number, rule, _) in self.faults().iter() {
             add(now, node, number, rule);
         }

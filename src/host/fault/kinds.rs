@@ -72,7 +72,7 @@ impl Row {
     }
 
     /// How it may be written: `late=20ms`.
-    pub fn example(&self) -> String {
+    pub(crate) fn example(&self) -> String {
         let value = match self.form {
             "=TIME" => "=20ms",
             "=N" => "=10",

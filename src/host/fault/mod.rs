@@ -40,7 +40,7 @@ pub use condition::{Condition, Switch, While};
 pub(crate) use kinds::Kind;
 pub use kinds::{Row, Way};
 pub(crate) use list::{Active, List};
-pub use parameter::duration;
+pub(crate) use parameter::duration;
 pub(crate) use parameter::{DiagOctets, FramePart};
 pub use text::RuleError;
 
@@ -84,7 +84,7 @@ pub enum BusKind {
 
 impl BusKind {
     /// How a fault is written.
-    pub const fn form(self) -> &'static str {
+    pub(crate) const fn form(self) -> &'static str {
         match self {
             Self::Profibus => {
                 "FAULT[=VALUE][,rate=P][,count=N][,at=N][,seed=N][,station=ADDRESS][,service=NAME][,state=NAME]\

@@ -259,7 +259,7 @@ fn hexadecimal(text: &str, least: usize, most: usize) -> Option<u32> {
 }
 
 /// A time as faults have it: a whole number of `us`, `ms` or `s`, above 0 and at most an hour. `None`: it is none.
-pub fn duration(text: &str) -> Option<Duration> {
+pub(crate) fn duration(text: &str) -> Option<Duration> {
     let unit = text.find(|c: char| !c.is_ascii_digit())?;
     let (value, unit) = text.split_at(unit);
     let value: u64 = value.parse().ok()?;

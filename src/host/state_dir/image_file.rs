@@ -31,7 +31,7 @@ pub trait Images {
 /// The file of one unit. No other unit gets it before this is dropped; what was handed over by then is still written,
 /// and is what the next owner of the file begins with.
 #[derive(Debug)]
-pub struct ImageFile<G> {
+pub(crate) struct ImageFile<G> {
     slots: Arc<Slots>,
     name: String,
     /// Images handed over whose outcome is not known, the newest last. Those before it were being written when the next

@@ -32,7 +32,8 @@ mod tests;
 
 pub use disk::Disk;
 use disk::{Folder, LockError};
-pub use image_file::{ImageFile, Images};
+pub(crate) use image_file::ImageFile;
+pub use image_file::Images;
 use slots::Slots;
 
 /// How the name of every image ends.
@@ -187,7 +188,7 @@ impl StateDir {
 
 /// The newest image of a unit that is taken into use.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Newest {
+pub(crate) struct Newest {
     /// The image.
     pub octets: Vec<u8>,
     /// It is on the disk. If not, the unit must hand it over again.

@@ -24,7 +24,7 @@ pub(crate) const CONTROL_TIME: Duration = Duration::from_millis(2560);
 
 /// The search for the rate of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct BaudSearch {
+pub(crate) struct BaudSearch {
     rates: Rates,
     rate: BaudRate,
     state: State,
@@ -71,7 +71,7 @@ impl BaudSearch {
     }
 
     /// Whether the rate is unknown: stations at this end must not send.
-    pub const fn is_searching(&self) -> bool {
+    pub(crate) const fn is_searching(&self) -> bool {
         matches!(self.state, State::Search { .. })
     }
 

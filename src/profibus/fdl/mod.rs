@@ -30,7 +30,8 @@ pub mod station;
 pub mod telegram;
 
 pub use address::{Address, AddressError, Sap};
-pub use baud_search::{BaudSearch, RateChange};
+pub(crate) use baud_search::BaudSearch;
+pub use baud_search::RateChange;
 pub use counters::{LineCounters, StationCounters};
 pub use framer::{Framer, Resync, Timing};
 pub use function_code::{FrameCount, Function, FunctionCode, ReplyStatus, Service, StationType};

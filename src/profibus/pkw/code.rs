@@ -114,7 +114,7 @@ pub enum JobError {
 
 impl JobError {
     /// A value outside a range, of any type of number.
-    pub const fn outside(low: f64, high: f64, got: f64) -> Self {
+    pub(crate) const fn outside(low: f64, high: f64, got: f64) -> Self {
         Self::Outside { low: low.to_bits(), high: high.to_bits(), got: got.to_bits() }
     }
 }

@@ -29,7 +29,7 @@ pub enum Direction {
 
 /// A mapping word taken apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct MappingWord {
+pub(crate) struct MappingWord {
     /// The entry.
     pub at: Address,
     /// How many bits of it, the low ones.

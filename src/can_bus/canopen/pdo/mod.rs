@@ -14,7 +14,8 @@
 
 pub mod mapping;
 
-pub use mapping::{Direction, MappingWord};
+pub use mapping::Direction;
+pub(crate) use mapping::MappingWord;
 
 use core::fmt;
 

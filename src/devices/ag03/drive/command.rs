@@ -33,7 +33,7 @@ pub struct Command {
 
 impl Command {
     /// No bus wants anything: the motor is released, the keys are free.
-    pub const UNATTENDED: Self = Self { rearm: true, keys: true, ..Self::RELEASE };
+    pub(crate) const UNATTENDED: Self = Self { rearm: true, keys: true, ..Self::RELEASE };
 
     /// The motor is released, nothing else.
     pub(super) const RELEASE: Self = Self {

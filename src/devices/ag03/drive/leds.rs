@@ -5,9 +5,9 @@ use core::time::Duration;
 use super::faults::Fault;
 
 /// How long the LED is lit per blink. The manuals state no times (INF).
-pub const BLINK_ON: Duration = Duration::from_millis(250);
+pub(crate) const BLINK_ON: Duration = Duration::from_millis(250);
 /// How long it is dark between two blinks.
-pub const BLINK_OFF: Duration = Duration::from_millis(250);
+pub(crate) const BLINK_OFF: Duration = Duration::from_millis(250);
 /// How long it is dark after the last blink, in addition to [`BLINK_OFF`].
 pub const BLINK_PAUSE: Duration = Duration::from_millis(1250);
 

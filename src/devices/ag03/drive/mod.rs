@@ -330,12 +330,12 @@ impl Drive {
     }
 
     /// The causes of faults that are present now.
-    pub fn causes(&self) -> FaultSet {
+    pub(crate) fn causes(&self) -> FaultSet {
         self.plant.causes(&self.inputs, &self.supplies) | self.bus_causes
     }
 
     /// Which causes of faults a bus sees now, of [`Fault::OF_BUS`]; the next step reacts.
-    pub fn set_bus_causes(&mut self, causes: FaultSet) {
+    pub(crate) fn set_bus_causes(&mut self, causes: FaultSet) {
         if self.bus_causes != causes {
             self.bus_causes = causes;
             self.inputs_changed = true;

@@ -57,7 +57,7 @@ impl fmt::Display for Position {
 
 impl Entry {
     /// A value with its unit, or what it stands for: `2500.00 mm`, `30 rpm`, `2 (positioning)`.
-    pub const fn in_words(&self, number: i64, lengths: Lengths) -> InWords<'_> {
+    pub(crate) const fn in_words(&self, number: i64, lengths: Lengths) -> InWords<'_> {
         InWords { entry: self, number, lengths }
     }
 
@@ -68,7 +68,7 @@ impl Entry {
 
 /// A value of a parameter in words ([`Entry::in_words`]).
 #[derive(Clone, Copy, Debug)]
-pub struct InWords<'a> {
+pub(crate) struct InWords<'a> {
     entry: &'a Entry,
     number: i64,
     lengths: Lengths,

@@ -38,14 +38,12 @@ mod store;
 mod table;
 
 pub use entry::{Access, DefaultSet, Entry, Group, Kind, Limits, Models, Range, Setting, Unit, WritableWhen};
-pub use in_words::{InWords, Lengths, Position};
+pub use in_words::{Lengths, Position};
 pub use model::{Gear, GearError, Model, ModelError};
 pub use quirks::Quirks;
 pub use store::{Identity, Store};
-pub use table::{
-    CALIBRATE, CLEAR_FAULTS, LOAD_PARAMETER_SET, POSITIONING_MODE, Parameter, Reading, TABLE, VELOCITY_MODE,
-    entry, parameters,
-};
+pub use table::{CALIBRATE, Parameter, Reading, TABLE, entry, parameters};
+pub(crate) use table::{CLEAR_FAULTS, LOAD_PARAMETER_SET, POSITIONING_MODE, VELOCITY_MODE};
 
 use core::fmt;
 

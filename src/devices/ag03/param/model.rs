@@ -19,7 +19,7 @@ impl Model {
     pub const ALL: [Self; 2] = [Self::Ag03, Self::Ag03_1];
 
     /// As the manuals write it: `AG03`, `AG03/1`.
-    pub const fn product_name(self) -> &'static str {
+    pub(crate) const fn product_name(self) -> &'static str {
         match self {
             Self::Ag03 => "AG03",
             Self::Ag03_1 => "AG03/1",
@@ -71,7 +71,7 @@ impl Gear {
     pub const ALL: [Self; 2] = [Self::Ratio24, Self::Ratio48];
 
     /// The gear that turns fastest.
-    pub const FASTEST: Self = Self::Ratio24;
+    pub(crate) const FASTEST: Self = Self::Ratio24;
 
     /// The gear of a drive with this hardware version (PNU 961).
     pub(crate) const fn of_hardware_version(version: u16) -> Option<Self> {
@@ -91,7 +91,7 @@ impl Gear {
     }
 
     /// Largest speed of the output shaft in rpm, in either direction.
-    pub const fn max_rpm(self) -> u16 {
+    pub(crate) const fn max_rpm(self) -> u16 {
         match self {
             Self::Ratio24 => 200,
             Self::Ratio48 => 100,

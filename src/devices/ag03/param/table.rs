@@ -175,16 +175,16 @@ impl fmt::Display for Parameter {
 }
 
 /// PNU 970, which takes commands.
-pub const LOAD_PARAMETER_SET: Pnu = Pnu(970);
+pub(crate) const LOAD_PARAMETER_SET: Pnu = Pnu(970);
 /// The command of PNU 970 that clears fault buffer and fault counter.
-pub const CLEAR_FAULTS: u16 = 4;
+pub(crate) const CLEAR_FAULTS: u16 = 4;
 /// The command of PNU 970 that calibrates.
 pub const CALIBRATE: u16 = 5;
 
 /// The operating mode of which the setpoint is a velocity, PNU 930.
-pub const VELOCITY_MODE: u16 = 1;
+pub(crate) const VELOCITY_MODE: u16 = 1;
 /// The operating mode of which the setpoint is a position, PNU 930.
-pub const POSITIONING_MODE: u16 = 2;
+pub(crate) const POSITIONING_MODE: u16 = 2;
 
 const MODES: &[(u16, &str)] = &[(VELOCITY_MODE, "velocity mode"), (POSITIONING_MODE, "positioning mode")];
 const GEARS: &[(u16, &str)] = &[(2, "gear 24:1"), (3, "gear 48:1")];

@@ -12,7 +12,7 @@ pub(super) struct Job<'a>(pub(super) &'a pkw::Refusal);
 
 /// Why a job was refused and what to send instead ([`Device`](super::Device) and decoder say the same).
 #[derive(Clone, Copy, Debug)]
-pub struct JobText {
+pub(crate) struct JobText {
     /// The job as the master sent it.
     pub job: Pkw,
     /// What is wrong with it.

@@ -57,15 +57,16 @@ use crate::profibus::ppo::{PpoType, Stw, Zsw};
 use crate::time::{BaudRate, Instant};
 
 pub use crate::devices::ag03::param::Gear;
+pub(crate) use crate::devices::ag03::unit::EepromState;
 pub use crate::devices::ag03::unit::{
-    ApplicationCycle, CycleTooShort, DEFAULT_APPLICATION_CYCLE, DipSwitches, Eeprom, EepromState, Generation,
-    IMAGE_LEN, ImageError, ImageOctets, MAX_IMAGE_LEN, NotStored, Power, StoreRequest, dip,
+    ApplicationCycle, CycleTooShort, DEFAULT_APPLICATION_CYCLE, DipSwitches, Eeprom, Generation, IMAGE_LEN,
+    ImageError, ImageOctets, MAX_IMAGE_LEN, NotStored, Power, StoreRequest, dip,
 };
 pub use crate::profibus::fdl::{MAX_TELEGRAM_LEN, Timing};
 pub use config::Config;
 pub use event::Event;
 pub use hint::Hint;
-pub use job::JobText;
+pub(crate) use job::JobText;
 pub use quirks::QUIRKS;
 pub use refusal::Refusal;
 

@@ -27,7 +27,7 @@ impl ApplicationCycle {
 
     /// The shortest: a device that is called late makes up for up to 60 s, 600 000 cycles
     /// at most, which take well under a second on a computer.
-    pub const SHORTEST: Duration = Duration::from_micros(100);
+    pub(crate) const SHORTEST: Duration = Duration::from_micros(100);
 
     /// A cycle of this time.
     ///
@@ -61,7 +61,7 @@ pub struct CycleTooShort {
 
 /// The grid of application cycles since a unit was made. While nothing can change there is no next one.
 #[derive(Clone, Debug)]
-pub struct Cycles {
+pub(crate) struct Cycles {
     cycle: ApplicationCycle,
     start: Instant,
     next: Option<Instant>,

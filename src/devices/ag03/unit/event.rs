@@ -174,7 +174,7 @@ const fn which(set: DefaultSet) -> &'static str {
 
 /// Events in the order they came. When it is full, newer ones are counted and dropped.
 #[derive(Clone, Debug)]
-pub struct Queue<E, const CAPACITY: usize> {
+pub(crate) struct Queue<E, const CAPACITY: usize> {
     events: Deque<E, CAPACITY>,
     lost: u32,
 }

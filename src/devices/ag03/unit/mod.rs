@@ -45,14 +45,17 @@ use crate::devices::ag03::drive::{Command, Drive, Fault, FaultSet, Inputs, Refus
 use crate::devices::ag03::param;
 use crate::devices::ag03::param::{Gear, Model, Store};
 
-pub use cycle::{ApplicationCycle, CycleTooShort, Cycles, DEFAULT_APPLICATION_CYCLE};
+pub(crate) use cycle::Cycles;
+pub use cycle::{ApplicationCycle, CycleTooShort, DEFAULT_APPLICATION_CYCLE};
 pub use dip::DipSwitches;
-pub use event::{Event, Queue, Writer};
+pub(crate) use event::Queue;
+pub use event::{Event, Writer};
 pub use image::{BusSettings, BusSettingsError, IMAGE_LEN, Image, ImageError, ImageOctets, MAX_IMAGE_LEN};
 pub(crate) use parameters::OfBus;
 pub use parameters::Written;
 pub use power::{Power, Switched};
-pub use storage::{Eeprom, EepromState, Generation, NotStored, Outcome, StoreRequest};
+pub(crate) use storage::EepromState;
+pub use storage::{Eeprom, Generation, NotStored, Outcome, StoreRequest};
 
 use paced::Paced;
 use storage::Storage;

@@ -13,7 +13,7 @@ pub type StoreRequest = crate::image::StoreRequest<ImageOctets>;
 
 /// How safe what the EEPROM holds is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum EepromState {
+pub(crate) enum EepromState {
     /// [`Eeprom::Internal`]: kept for as long as the unit lives.
     Internal,
     /// The newest image is not written yet.

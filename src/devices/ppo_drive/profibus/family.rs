@@ -38,7 +38,7 @@ impl Family {
     }
 
     /// The highest parameter that a job can name.
-    pub const fn highest(self) -> u16 {
+    pub(crate) const fn highest(self) -> u16 {
         match self {
             Self::Profile | Self::Simodrive611u => 2047,
             Self::Micromaster => 3999,

@@ -35,7 +35,7 @@ pub use first::FirstValueError;
 use super::{Drive, Quantity};
 
 /// The highest number of a parameter: PKE has 11 bits for it, and some families have pages.
-pub const MAX_PNU: u16 = 3999;
+pub(crate) const MAX_PNU: u16 = 3999;
 
 /// What the octets of a value are (`profidrive-v2.md` 6).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, IntoStaticStr, VariantArray)]

@@ -30,7 +30,7 @@ pub struct Heard {
 
 /// What happened to a port.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Notes {
+pub(crate) struct Notes {
     /// A frame of its own had to wait for one of higher priority.
     pub arbitration_lost: bool,
     /// It saw an error frame.
