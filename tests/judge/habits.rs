@@ -86,7 +86,7 @@ fn correct_masters_of_unusual_habits_are_not_accused() {
         .collect();
     let wrong = in_threads(&masters, |(words, settings, operated)| {
         let mut settings = settings.clone();
-        if *operated || settings.pause >= SLOW {
+        if settings.pause >= SLOW {
             settings.stations.pop();
         }
         let mut setup = Setup { hsa: Address::station(settings.hsa).ok(), ..setup(&settings, &[9]) };

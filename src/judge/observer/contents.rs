@@ -33,14 +33,16 @@ impl Observer {
         }
     }
 
-    /// Whether a Set_Prm lets a slave go that the master has locked: at its stop, or when it gives up.
+    /// Whether a Set_Prm lets a slave go: at the stop of the master, or when it gives up. One that has never answered is
+    /// let go as well as one that the master has locked.
     pub(super) fn is_release(&self, cycle: &Cycle) -> bool {
         let locks = |prm: &Vec<u8>| prm.first().is_some_and(|status| status & LOCK_REQ != 0);
         let view = self.views.get(&cycle.to.number());
         let locked = view.is_some_and(|view| view.prm_data.as_ref().is_some_and(locks));
+        let silent = view.is_none_or(|view| !view.answered);
         let status = cycle.data().first().copied().unwrap_or_default();
         let unlocks = status & UNLOCK_REQ != 0 && status & LOCK_REQ == 0;
-        cycle.service == Some(dp::Service::SetPrm) && unlocks && locked
+        cycle.service == Some(dp::Service::SetPrm) && unlocks && (locked || silent)
     }
 
     pub(super) fn judge_prm_contents(&mut self, cycle: &Cycle) {
