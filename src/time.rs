@@ -80,12 +80,13 @@ pub(crate) const fn nanos(duration: Duration) -> u64 {
     duration.as_secs().saturating_mul(1_000_000_000).saturating_add(duration.subsec_nanos() as u64)
 }
 
-/// The ten transmission rates of PROFIBUS-DP on RS-485 (`dp-v0.md` 1.1).
+/// The ten transmission rates of PROFIBUS-DP on RS-485 (`dp-v0.md` 1.1), and that of PROFIBUS PA.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[expect(missing_docs, reason = "the names say it: kilobits per second")]
 pub enum BaudRate {
     K9_6,
     K19_2,
+    K31_25,
     K45_45,
     K93_75,
     K187_5,
@@ -98,9 +99,10 @@ pub enum BaudRate {
 
 impl BaudRate {
     /// Every rate, slowest first.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::K9_6,
         Self::K19_2,
+        Self::K31_25,
         Self::K45_45,
         Self::K93_75,
         Self::K187_5,
@@ -124,6 +126,7 @@ impl BaudRate {
         match self {
             Self::K9_6 => 9_600,
             Self::K19_2 => 19_200,
+            Self::K31_25 => 31_250,
             Self::K45_45 => 45_450,
             Self::K93_75 => 93_750,
             Self::K187_5 => 187_500,
@@ -148,7 +151,7 @@ impl BaudRate {
     /// The customary latest start of a reply, max T_SDR, in T_bit after the request (`dp-v0.md` 1.1).
     pub const fn max_tsdr_bits(self) -> u16 {
         match self {
-            Self::K9_6 | Self::K19_2 | Self::K45_45 | Self::K93_75 | Self::K187_5 => 60,
+            Self::K9_6 | Self::K19_2 | Self::K31_25 | Self::K45_45 | Self::K93_75 | Self::K187_5 => 60,
             Self::K500 => 100,
             Self::K1500 => 150,
             Self::K3000 => 250,
@@ -162,7 +165,7 @@ impl BaudRate {
     /// The customary slot time of masters, T_SL, in T_bit: how long they wait for a reply to begin (`dp-v0.md` 1.1).
     pub const fn slot_bits(self) -> u16 {
         match self {
-            Self::K9_6 | Self::K19_2 | Self::K45_45 | Self::K93_75 | Self::K187_5 => 100,
+            Self::K9_6 | Self::K19_2 | Self::K31_25 | Self::K45_45 | Self::K93_75 | Self::K187_5 => 100,
             Self::K500 => 200,
             Self::K1500 => 300,
             Self::K3000 => 400,
@@ -187,7 +190,7 @@ pub const SYN_BITS: u32 = 33;
 /// A number that is none of the PROFIBUS-DP rates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error(
-    "{got} bit/s is no PROFIBUS-DP rate; expected 9600, 19200, 45450, 93750, 187500, 500000, 1500000, 3000000, 6000000 or 12000000"
+    "{got} bit/s is no PROFIBUS-DP rate; expected 9600, 19200, 31250, 45450, 93750, 187500, 500000, 1500000, 3000000, 6000000 or 12000000"
 )]
 pub struct BaudRateError {
     /// The number found, in bit/s.

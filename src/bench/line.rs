@@ -494,14 +494,7 @@ impl<M: fmt::Debug> fmt::Debug for Line<M> {
 
 /// T_SL by the customary table (`dp-v0.md` 1.1).
 const fn customary_slot_time(baud: BaudRate) -> Duration {
-    baud.bit_times(match baud {
-        BaudRate::K9_6 | BaudRate::K19_2 | BaudRate::K45_45 | BaudRate::K93_75 | BaudRate::K187_5 => 100,
-        BaudRate::K500 => 200,
-        BaudRate::K1500 => 300,
-        BaudRate::K3000 => 400,
-        BaudRate::K6000 => 600,
-        BaudRate::K12000 => 1000,
-    })
+    baud.bit_times(baud.slot_bits() as u32)
 }
 
 pub(super) fn octet_times(baud: BaudRate, octets: usize) -> Duration {

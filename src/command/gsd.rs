@@ -15,8 +15,11 @@ use super::Failure;
 use super::args;
 use super::device_file::{self, Said};
 
-/// With more modules than these they are shown when they are asked for.
-const SHOWN_MODULES: usize = 16;
+/// With more modules or parameters than these they are shown when they are asked for.
+const SHOWN: usize = 16;
+/// The same of the texts of one parameter, and of all bits and areas of a diagnosis.
+const SHOWN_TEXTS: usize = 8;
+const SHOWN_DIAGNOSIS: usize = 40;
 
 pub(crate) fn gsd(args: &args::Gsd) -> Result<(), Failure> {
     device_file::print(|out| match (&args.check, &args.file) {
@@ -87,30 +90,37 @@ fn explain(out: &mut dyn Write, gsd: &Gsd) -> io::Result<()> {
     writeln!(out, "  user parameters {least} to {most} octets, diagnosis {} octets", gsd.max_diag_len)?;
     let kind =
         if gsd.is_modular() { "Modules, to choose from" } else { "Modules, all of them in this order" };
-    if gsd.modules.len() > SHOWN_MODULES {
+    if gsd.modules.len() > SHOWN {
         let count = gsd.modules.len();
         writeln!(out, "{kind}: {count}; --list prints them, --list TEXT those whose names contain TEXT")?;
     } else {
         writeln!(out, "{kind}")?;
-        list(out, gsd, "")?;
+        modules(out, gsd, "", SHOWN_TEXTS)?;
     }
     for slot in &gsd.slots {
         let list: Vec<_> = slot.references.iter().map(|(first, last)| format!("{first}-{last}")).collect();
         writeln!(out, "Slot {} {}: module references {}", slot.number, slot.name, list.join(", "))?;
     }
     writeln!(out, "User parameters of the station, by default {}", hex(&gsd.default_user_prm(&[])))?;
-    explain_part(out, gsd, &gsd.user_prm, "  ")?;
+    let count = gsd.user_prm.fields(gsd).count();
+    if count > SHOWN {
+        writeln!(
+            out,
+            "  {count} parameters; --list prints them, --list TEXT those whose names contain TEXT"
+        )?;
+    } else {
+        explain_part(out, gsd, &gsd.user_prm, "  ", SHOWN_TEXTS)?;
+    }
     let has_texts = !(gsd.diag_bits.is_empty() && gsd.diag_areas.is_empty());
     if has_texts || !(gsd.diag_types.is_empty() && gsd.channel_diag.is_empty()) {
         writeln!(out, "Diagnosis")?;
     }
-    explain_texts(out, &gsd.diag_bits, &gsd.diag_areas, "  ")?;
-    for status in &gsd.diag_types {
-        writeln!(out, "  status blocks of type {}", status.number)?;
-        explain_texts(out, &status.bits, &status.areas, "    ")?;
-    }
-    for (number, text) in &gsd.channel_diag {
-        writeln!(out, "  channel error {number}: {text}")?;
+    let statuses = gsd.diag_types.iter().map(|status| texts_of(&status.bits, &status.areas));
+    let count = texts_of(&gsd.diag_bits, &gsd.diag_areas) + statuses.sum::<usize>() + gsd.channel_diag.len();
+    if count > SHOWN_DIAGNOSIS {
+        writeln!(out, "  {count} texts; --list prints them, --list TEXT those that contain TEXT")?;
+    } else {
+        diagnosis(out, gsd, "")?;
     }
     if !gsd.hints.is_empty() {
         writeln!(out, "Odd")?;
@@ -118,44 +128,105 @@ fn explain(out: &mut dyn Write, gsd: &Gsd) -> io::Result<()> {
     gsd.hints.iter().try_for_each(|hint| writeln!(out, "  {hint}"))
 }
 
-/// The modules whose names contain this.
-fn list(out: &mut dyn Write, gsd: &Gsd, text: &str) -> io::Result<()> {
-    let text = text.to_lowercase();
-    for module in gsd.modules.iter().filter(|module| module.name.to_lowercase().contains(&text)) {
-        let preset = if module.preset { ", preset" } else { "" };
-        let IoLengths { outputs, inputs } = module.lengths;
-        writeln!(out, "  {}: {}; {outputs} out, {inputs} in{preset}", module.name, hex(&module.identifiers))?;
-        explain_part(out, gsd, &module.prm, "    ")?;
+fn texts_of(bits: &[DiagBit], areas: &[DiagArea]) -> usize {
+    bits.len() + areas.iter().map(|area| area.values.len()).sum::<usize>()
+}
+
+/// The texts of the diagnosis that contain this.
+fn diagnosis(out: &mut dyn Write, gsd: &Gsd, text: &str) -> io::Result<()> {
+    explain_texts(out, &gsd.diag_bits, &gsd.diag_areas, "  ", text)?;
+    for status in &gsd.diag_types {
+        if text.is_empty() {
+            writeln!(out, "  status blocks of type {}", status.number)?;
+        }
+        explain_texts(out, &status.bits, &status.areas, "    ", text)?;
+    }
+    for (number, said) in gsd.channel_diag.iter().filter(|(_, said)| contains(said, text)) {
+        writeln!(out, "  channel error {number}: {said}")?;
     }
     Ok(())
 }
 
-fn explain_texts(out: &mut dyn Write, bits: &[DiagBit], areas: &[DiagArea], indent: &str) -> io::Result<()> {
-    for bit in bits {
+fn contains(name: &str, text: &str) -> bool {
+    name.to_lowercase().contains(&text.to_lowercase())
+}
+
+/// Modules, parameters of the station and texts of the diagnosis that contain this.
+fn list(out: &mut dyn Write, gsd: &Gsd, text: &str) -> io::Result<()> {
+    let (mut found, mut parameters, mut texts) = (Vec::new(), Vec::new(), Vec::new());
+    modules(&mut found, gsd, text, usize::MAX)?;
+    for field in gsd.user_prm.fields(gsd).filter(|field| contains(&field.1.name, text)) {
+        explain_field(&mut parameters, gsd, field, "  ", usize::MAX)?;
+    }
+    diagnosis(&mut texts, gsd, text)?;
+    let parts = [("Modules", found), ("User parameters of the station", parameters), ("Diagnosis", texts)];
+    for (heading, lines) in parts.iter().filter(|(_, lines)| !lines.is_empty()) {
+        writeln!(out, "{heading}")?;
+        out.write_all(lines)?;
+    }
+    Ok(())
+}
+
+/// The modules whose names contain this.
+fn modules(out: &mut dyn Write, gsd: &Gsd, text: &str, shown_texts: usize) -> io::Result<()> {
+    for module in gsd.modules.iter().filter(|module| contains(&module.name, text)) {
+        let preset = if module.preset { ", preset" } else { "" };
+        let IoLengths { outputs, inputs } = module.lengths;
+        writeln!(out, "  {}: {}; {outputs} out, {inputs} in{preset}", module.name, hex(&module.identifiers))?;
+        explain_part(out, gsd, &module.prm, "    ", shown_texts)?;
+    }
+    Ok(())
+}
+
+fn explain_texts(
+    out: &mut dyn Write,
+    bits: &[DiagBit],
+    areas: &[DiagArea],
+    indent: &str,
+    wanted: &str,
+) -> io::Result<()> {
+    for bit in bits.iter().filter(|bit| contains(&bit.text, wanted)) {
         writeln!(out, "{indent}bit {}{}: {}", bit.bit, if bit.inverted { " is 0" } else { "" }, bit.text)?;
     }
     for area in areas {
-        for (value, text) in &area.values {
+        for (value, text) in area.values.iter().filter(|(_, text)| contains(text, wanted)) {
             writeln!(out, "{indent}bits {}-{} = {value}: {text}", area.first, area.last)?;
         }
     }
     Ok(())
 }
 
-fn explain_part(out: &mut dyn Write, gsd: &Gsd, part: &PrmPart, indent: &str) -> io::Result<()> {
-    for (offset, parameter) in part.fields(gsd) {
-        let Parameter { name, field, default, allowed, .. } = parameter;
-        write!(out, "{indent}octet {offset}, {field}: {name} = {default}")?;
-        if let Some(text) = gsd.text_of(parameter, *default) {
-            write!(out, " ({text})")?;
-        }
-        writeln!(out, "; {allowed}")?;
-        for (value, text) in parameter.text_ref.and_then(|texts| gsd.texts.get(&texts)).into_iter().flatten()
-        {
-            writeln!(out, "{indent}  {value} = {text}")?;
-        }
+fn explain_part(
+    out: &mut dyn Write,
+    gsd: &Gsd,
+    part: &PrmPart,
+    indent: &str,
+    shown_texts: usize,
+) -> io::Result<()> {
+    part.fields(gsd).try_for_each(|field| explain_field(out, gsd, field, indent, shown_texts))
+}
+
+fn explain_field(
+    out: &mut dyn Write,
+    gsd: &Gsd,
+    (offset, parameter): (usize, &Parameter),
+    indent: &str,
+    shown_texts: usize,
+) -> io::Result<()> {
+    let Parameter { name, field, default, allowed, .. } = parameter;
+    write!(out, "{indent}octet {offset}, {field}: {name} = {default}")?;
+    if let Some(text) = gsd.text_of(parameter, *default) {
+        write!(out, " ({text})")?;
     }
-    Ok(())
+    writeln!(out, "; {allowed}")?;
+    let texts = parameter.text_ref.and_then(|texts| gsd.texts.get(&texts));
+    match texts {
+        Some(texts) if texts.len() > shown_texts => {
+            writeln!(out, "{indent}  {} texts; --list prints them", texts.len())
+        }
+        Some(texts) => texts.iter().try_for_each(|(value, text)| writeln!(out, "{indent}  {value} = {text}")),
+        None => Ok(()),
+    }
 }
 
 fn as_json(gsd: &Gsd) -> Value {

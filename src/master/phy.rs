@@ -151,6 +151,7 @@ pub const fn baudrate(baud: BaudRate) -> Baudrate {
     match baud {
         BaudRate::K9_6 => Baudrate::B9600,
         BaudRate::K19_2 => Baudrate::B19200,
+        BaudRate::K31_25 => Baudrate::B31250,
         BaudRate::K45_45 => Baudrate::B45450,
         BaudRate::K93_75 => Baudrate::B93750,
         BaudRate::K187_5 => Baudrate::B187500,

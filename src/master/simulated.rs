@@ -211,9 +211,4 @@ mod tests {
         assert!(heard.windows(2).all(|pair| pair[0].end < pair[1].at));
         assert!(line.poll_telegram().is_none());
     }
-
-    #[test]
-    fn the_rate_of_profibus_pa_is_refused() {
-        assert_eq!(alone(Baudrate::B31250).err(), Some(BaudRateError { got: 31_250 }));
-    }
 }

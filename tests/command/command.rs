@@ -43,7 +43,7 @@ fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
         (&["emulate", "--drives", "1-9", "--drive", "5"], "two drives have address 5"),
         (&["emulate", "--drives", "9-1"], "the range 9-1 is empty; expected FIRST-LAST"),
         (&["emulate", "--drives", "5"], "'5' is no range of addresses; expected FIRST-LAST"),
-        (&["emulate", "--baud", "115200"], "expected auto or one of 9600, 19200, 45450, 93750"),
+        (&["emulate", "--baud", "115200"], "expected auto or one of 9600, 19200, 31250, 45450, 93750"),
         (
             &["emulate", "--baud", "45450"],
             "--baud 45450: the drives do not know this rate; expected auto or one of 9600, 19200, 93750",

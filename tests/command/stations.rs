@@ -33,16 +33,23 @@ fn stations_stand_beside_drives_or_alone() {
 }
 
 #[test]
-fn a_station_is_on_a_line_of_45_45_kbit_where_its_file_offers_it() {
+fn a_station_is_on_a_line_of_31_25_or_45_45_kbit_where_its_file_offers_it() {
+    for (rate, bits) in [("45.45", "45450"), ("31.25", "31250")] {
+        a_station_is_on_a_line_where_its_file_offers_it(rate, bits);
+    }
+}
+
+fn a_station_is_on_a_line_where_its_file_offers_it(rate: &str, bits: &str) {
     let folder = tempfile::tempdir().unwrap();
     let gsd = folder.path().join("slow.gsd");
     let text = std::fs::read_to_string(file("remote_io.gsd")).unwrap();
-    std::fs::write(&gsd, text.replacen("9.6_supp", "45.45_supp = 1\nMaxTsdr_45.45 = 60\n9.6_supp", 1))
-        .unwrap();
+    let offered = format!("{rate}_supp = 1\nMaxTsdr_{rate} = 60\n9.6_supp");
+    std::fs::write(&gsd, text.replacen("9.6_supp", &offered, 1)).unwrap();
     let (slow, other) = (format!("7,gsd={}", gsd.display()), format!("8,gsd={}", file("remote_io.gsd")));
-    let (ready, code, log) = emulated(&["--baud", "45450", "--station", &slow, "--station", &other]);
+    let (ready, code, log) = emulated(&["--baud", bits, "--station", &slow, "--station", &other]);
     assert!(ready.ends_with(" stations=7,8\n") && code == Some(0), "{ready}{log}");
-    assert!(log.contains("station 8 hears nothing at 45450 bit/s: it does not offer this rate"), "{log}");
+    let silent = format!("station 8 hears nothing at {bits} bit/s: it does not offer this rate");
+    assert!(log.contains(&silent), "{log}");
     assert!(!log.contains("station 7 hears nothing"), "{log}");
 }
 
@@ -160,7 +167,47 @@ fn what_a_master_sends_for_chosen_modules_is_printed() {
     let said = String::from_utf8(extended.stdout).unwrap();
     assert!(said.contains("octet 1: Diagnosis = 0 (off)"), "{said}");
     let (_, said, _) = run(&["--list", "HF"]);
-    assert_eq!(said, "  plain HF: 13; 0 out, 4 in\n");
+    assert_eq!(said, "Modules\n  plain HF: 13; 0 out, 4 in\n");
+}
+
+#[test]
+fn a_long_file_is_an_overview_and_what_is_asked_for() {
+    use std::fmt::Write as _;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("long.gsd");
+    let mut text =
+        "#Profibus_DP\nGSD_Revision=4\nMax_Diag_Data_Len=32\nIdent_Number=1\n9.6_supp=1\nMaxTsdr_9.6=60\nPrmText=1\n".to_owned();
+    for value in 0..200 {
+        writeln!(text, "Text({value})=\"speed {value}\"").unwrap();
+    }
+    text += "EndPrmText\n";
+    for number in 1..=60 {
+        let name = format!("ExtUserPrmData={number} \"Parameter {number}\"");
+        writeln!(text, "{name}\nUnsigned8 0 0-199\nPrm_Text_Ref=1\nEndExtUserPrmData").unwrap();
+        writeln!(text, "Unit_Diag_Bit({number})=\"Fault {number}\"").unwrap();
+        writeln!(text, "Ext_User_Prm_Data_Ref({})={number}", number - 1).unwrap();
+    }
+    text += "Module=\"io\" 0x30\nExt_Module_Prm_Data_Len=1\nExt_User_Prm_Data_Ref(0)=1\nEndModule\n";
+    std::fs::write(&path, text).unwrap();
+    let run = |arguments: &[&str]| {
+        let output = output(&[&["gsd", path.to_str().unwrap()], arguments].concat());
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let overview = run(&[]);
+    assert!(overview.lines().count() < 30, "{overview}");
+    for words in [
+        "  60 parameters; --list prints them, --list TEXT those whose names contain TEXT\n",
+        "  60 texts; --list prints them, --list TEXT those that contain TEXT\n",
+        "Parameter 1 = 0 (speed 0); 0..199\n      200 texts; --list prints them\n",
+    ] {
+        assert!(overview.contains(words), "{words}: {overview}");
+    }
+    let all = run(&["--list"]);
+    assert!(all.contains("199 = speed 199") && all.contains("bit 60: Fault 60"), "{all}");
+    assert!(all.lines().count() > 60 * 200, "{}", all.lines().count());
+    let asked = run(&["--list", "fault 6"]);
+    assert_eq!(asked, "Diagnosis\n  bit 6: Fault 6\n  bit 60: Fault 60\n");
+    assert!(run(&["--list", "parameter 33"]).starts_with("User parameters of the station\n  octet 32, "));
 }
 
 #[test]

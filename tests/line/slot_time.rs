@@ -198,7 +198,7 @@ fn at_a_rate_that_the_drive_does_not_know_it_hears_nothing() {
         let now = Instant::from_millis(100);
         bus.handle_bytes(now, &STATUS);
         let answers = said(&mut bus, now, now.saturating_add(Duration::from_millis(100))).len();
-        assert_eq!(answers, usize::from(rate != BaudRate::K45_45), "{rate}");
+        assert_eq!(answers, usize::from(![BaudRate::K31_25, BaudRate::K45_45].contains(&rate)), "{rate}");
     }
 }
 

@@ -83,6 +83,41 @@ fn pp_keeps_its_speed_and_its_ramps() {
 }
 
 #[test]
+fn the_greatest_acceleration_and_deceleration_limit_the_ramps_of_profiles() {
+    let speeds = |limits: [i64; 2]| {
+        let mut rig = Rig::full();
+        rig.set(0x6083, 0, 200);
+        rig.set(0x6084, 0, 200);
+        rig.set(0x60C5, 0, limits[0]);
+        rig.set(0x60C6, 0, limits[1]);
+        rig.enable(Mode::ProfileVelocity);
+        rig.set(0x60FF, 0, 10_000);
+        rig.pass(millis(30));
+        let up = rig.signed(0x606C);
+        rig.pass(millis(1000));
+        assert!((9_990..=10_010).contains(&rig.signed(0x606C)));
+        rig.set(0x60FF, 0, 0);
+        rig.pass(millis(30));
+        (up, 10_000 - rig.signed(0x606C))
+    };
+    // 30 of 200 ms are 450 rpm, of 1000 ms 90 rpm.
+    for (limits, up, down) in
+        [([200, 200], 4500, 4500), ([1000, 200], 900, 4500), ([200, 1000], 4500, 900), ([1, 1], 4500, 4500)]
+    {
+        let got = speeds(limits);
+        assert!((got.0 - up).abs() <= 200 && (got.1 - down).abs() <= 200, "{limits:?}: {got:?}");
+    }
+    let time = |limit: i64| {
+        let mut rig = in_pp();
+        rig.set(0x60C5, 0, limit);
+        travel(&mut rig, 20 * REV, 0x10);
+        rig.pass(millis(30));
+        rig.signed(0x606C)
+    };
+    assert!((4300..=4700).contains(&time(1)) && (800..=1000).contains(&time(1000)), "PP, too");
+}
+
+#[test]
 fn the_gear_makes_puu() {
     let mut rig = Rig::full();
     rig.set(0x6093, 1, 128);

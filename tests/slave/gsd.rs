@@ -36,6 +36,7 @@ fn speed_flag(rate: BaudRate) -> SupportedSpeeds {
     match rate {
         BaudRate::K9_6 => SupportedSpeeds::B9600,
         BaudRate::K19_2 => SupportedSpeeds::B19200,
+        BaudRate::K31_25 => SupportedSpeeds::B31250,
         BaudRate::K45_45 => SupportedSpeeds::B45450,
         BaudRate::K93_75 => SupportedSpeeds::B93750,
         BaudRate::K187_5 => SupportedSpeeds::B187500,
@@ -51,6 +52,7 @@ fn max_tsdr(gsd: &GenericStationDescription, rate: BaudRate) -> u16 {
     match rate {
         BaudRate::K9_6 => gsd.max_tsdr.b9600,
         BaudRate::K19_2 => gsd.max_tsdr.b19200,
+        BaudRate::K31_25 => gsd.max_tsdr.b31250,
         BaudRate::K45_45 => gsd.max_tsdr.b45450,
         BaudRate::K93_75 => gsd.max_tsdr.b93750,
         BaudRate::K187_5 => gsd.max_tsdr.b187500,

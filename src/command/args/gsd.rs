@@ -18,7 +18,7 @@ pub(crate) struct Gsd {
     #[arg(long)]
     pub(crate) json: bool,
 
-    /// Every module with its parameters, or those whose names contain TEXT
+    /// Every module, parameter and text of the diagnosis, or those that contain TEXT
     #[arg(long, value_name = "TEXT", num_args = 0..=1, default_missing_value = "", conflicts_with = "modules")]
     pub(crate) list: Option<String>,
 

@@ -200,7 +200,7 @@ mod tests {
         assert_eq!(BaudSpec::Can(BitRate::K250).can(), Some(BitRate::K250));
         assert_eq!(BaudSpec::Fixed(BaudRate::K500).can(), Some(BitRate::K500), "both buses have it");
         assert_eq!(BaudSpec::Fixed(BaudRate::K93_75).can(), None);
-        for wrong in ["", "31250", "115200", "-1", "500k", "Auto"] {
+        for wrong in ["", "115200", "-1", "500k", "Auto"] {
             assert!(wrong.parse::<BaudSpec>().unwrap_err().contains("12000000"), "{wrong}");
         }
     }

@@ -223,6 +223,11 @@ mod tests {
                 "has no PPO: none of its configurations",
             ),
             (
+                line("[[line.ppo-drive]]\naddress = 5\ngsd = 'modular.gsd'\nppo = 1"),
+                "6, column 7",
+                "has PPO 3, not PPO 1; choose one that it has",
+            ),
+            (
                 line("[[line.ppo-drive]]\naddress = 5\ngsd = 'compact.gsd'\nppo = 5"),
                 "6, column 7",
                 "has PPO 1, not PPO 5; choose one that it has",

@@ -167,6 +167,7 @@ const BEYOND: &[&str] = &[
     "cannot read",
     "has no PPO: none of its configurations",
     "has PPO 1, not PPO 5; choose one that it has",
+    "has PPO 3, not PPO 1; choose one that it has",
     "there is no parameter 99",
     "'1': 50 is outside 100 to 6000",
     "there is no module '2 AOO'; did you mean '2 AO'?",

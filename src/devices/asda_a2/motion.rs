@@ -101,12 +101,19 @@ impl Servo {
         };
         let velocity =
             (self.settings.of(Setting::ProfileVelocity) as f64 * self.gear()).min(self.top_speed());
-        let ramp = Ramp {
-            velocity: velocity.max(1.0),
-            acceleration: acceleration(self.settings.of(Setting::Acceleration)),
-            deceleration: acceleration(self.settings.of(Setting::Deceleration)),
-        };
+        let (acceleration, deceleration) = self.accelerations();
+        let ramp = Ramp { velocity: velocity.max(1.0), acceleration, deceleration };
         SetPoint { target, from, ramp }
+    }
+
+    /// Those of a profile: 6083h and 6084h, no steeper than 60C5h and 60C6h. Homing, quick stop and faults have their own.
+    fn accelerations(&self) -> (f64, f64) {
+        let limited =
+            |ramp: Setting, limit: Setting| acceleration(self.settings.of(ramp).max(self.settings.of(limit)));
+        (
+            limited(Setting::Acceleration, Setting::MaxAcceleration),
+            limited(Setting::Deceleration, Setting::MaxDeceleration),
+        )
     }
 
     fn start_homing(&mut self) {
@@ -238,15 +245,16 @@ impl Servo {
         }
         let halted = self.control.has(Controlword::HALT);
         match self.motion {
-            Motion::Hold => self.brake(acceleration(self.settings.of(Setting::Deceleration))),
+            Motion::Hold => self.brake(self.accelerations().1),
             Motion::Position(_) | Motion::Velocity | Motion::Homing(HomingState::Running(_)) if halted => {
-                self.brake(acceleration(self.settings.of(Setting::Deceleration)));
+                self.brake(self.accelerations().1);
             }
             Motion::Position(mut points) => {
                 let limits = self.soft_limits();
                 let was_done = points.is_done();
                 let before = self.demand;
-                let side = points.step(&mut self.demand, self.plant.position, limits, STEP_SECONDS);
+                let here = self.plant.position;
+                let side = points.step(&mut self.demand, here, limits, STEP_SECONDS);
                 self.motion = Motion::Position(points);
                 if !was_done {
                     self.at_soft_limit(side);
@@ -288,16 +296,15 @@ impl Servo {
     fn step_velocity(&mut self) {
         let top = self.top_speed();
         let target = (rpm(0.1) * self.settings.of(Setting::TargetVelocity) as f64).clamp(-top, top);
-        let accel = acceleration(self.settings.of(Setting::Acceleration));
-        let decel = acceleration(self.settings.of(Setting::Deceleration));
+        let (acceleration, deceleration) = self.accelerations();
+        let ramp = Ramp { velocity: target.abs(), acceleration, deceleration };
         let before = self.demand;
         let (reverse, forward) = self.soft_limits();
         let limit = if target > 0.0 { forward } else { reverse };
         if target == 0.0 || limit.is_infinite() || before.velocity * target < 0.0 {
-            self.demand.step_velocity(target, accel, decel, STEP_SECONDS);
+            self.demand.step_velocity(target, acceleration, deceleration, STEP_SECONDS);
             self.at_soft_limit(0);
         } else {
-            let ramp = Ramp { velocity: target.abs(), acceleration: accel, deceleration: decel };
             // Beyond the limit there is no way back to it: the shaft stays.
             let beyond = (self.demand.position - limit) * target > 0.0;
             let arrived = beyond || self.demand.step_to(limit, ramp, STEP_SECONDS);
@@ -309,7 +316,7 @@ impl Servo {
                 -1
             });
             if beyond {
-                self.brake(decel);
+                self.brake(deceleration);
             }
         }
         self.keep_off_switches(before);

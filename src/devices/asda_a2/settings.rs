@@ -200,9 +200,9 @@ settings! {
         [object(0x60C2, 1, U8, "Time units")];
     CycleIndex = -3, (-128, 63), Stored, "60C2h:2: the exponent of ten.",
         [object(0x60C2, 2, I8, "Time index")];
-    MaxAcceleration = 200, (0, U32_MAX), Stored, "60C5h, without effect: no unit is given.",
+    MaxAcceleration = 200, (0, U32_MAX), Stored, "60C5h in ms from 0 to 3000 rpm, as all ramps: 6083h is no steeper.",
         [object(0x60C5, 0, U32, "Max acceleration")];
-    MaxDeceleration = 200, (0, U32_MAX), Stored, "60C6h, without effect: no unit is given.",
+    MaxDeceleration = 200, (0, U32_MAX), Stored, "60C6h in ms from 3000 rpm to 0: 6084h is no steeper.",
         [object(0x60C6, 0, U32, "Max deceleration")];
     PositioningOption = 0, (0, U16_MAX), Stored, "60F2h: bits 0 and 1 say what a relative target counts from.",
         [object(0x60F2, 0, U16, "Positioning option code")];

@@ -10,9 +10,10 @@ use crate::profibus::fdl::Rates;
 use crate::time::BaudRate;
 
 /// The names of the rates in keywords.
-const RATES: [(&str, BaudRate); 10] = [
+const RATES: [(&str, BaudRate); 11] = [
     ("9.6", BaudRate::K9_6),
     ("19.2", BaudRate::K19_2),
+    ("31.25", BaudRate::K31_25),
     ("45.45", BaudRate::K45_45),
     ("93.75", BaudRate::K93_75),
     ("187.5", BaudRate::K187_5),
@@ -35,10 +36,8 @@ const WITHOUT_EFFECT: &[&str] = &[
     "family_name",
     "check_cfg_mode",
     "endpixmap",
-    "31.25_supp",
     "unit_diag_bit_help",
     "x_unit_diag_bit_help",
-    "maxtsdr_31.25",
 ];
 const WITHOUT_EFFECT_BEGINNINGS: &[&str] =
     &["bitmap_", "c1_", "c2_", "alarm_", "dpv1_", "isochron_", "dxb_", "f_"];

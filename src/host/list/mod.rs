@@ -17,6 +17,7 @@
 
 mod choice;
 mod given;
+mod group;
 pub(crate) mod inputs;
 pub mod named;
 mod node_files;
@@ -29,14 +30,17 @@ pub(crate) mod signals;
 mod slaves;
 mod spec;
 pub(crate) mod timed;
+mod wrong;
 
 use core::fmt;
 
 pub use choice::{Choice, Choices, QuirkRow, Takes};
 pub use given::Given;
+pub use group::Group;
 pub use node_files::NodeFile;
 pub use slaves::{Ground, MakeError, Prepared, Slave, ppo, table_of_file};
-pub use spec::{Group, Spec, Wrong};
+pub use spec::Spec;
+pub use wrong::Wrong;
 
 use crate::devices::ag03;
 use crate::devices::ag03::canopen::Ag03Node;

@@ -1,6 +1,7 @@
 //! How the devices on PROFIBUS are made from their specifications.
 
 use core::fmt;
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use thiserror::Error;
@@ -8,10 +9,10 @@ use thiserror::Error;
 use super::{Choice, Choices, Group, QuirkRow, Spec, Wrong, inputs, named, timed};
 use crate::devices::ag03::param::{self, Access, Model, Pnu, Value, Width};
 use crate::devices::ag03::profibus::{Config, Device, Gear, QUIRKS};
-use crate::devices::ppo_drive::profibus::{CONFIGURATIONS, Family, IDENT_NUMBER, PpoDrive, PpoOnly, ppo_of};
+use crate::devices::ppo_drive::profibus::{CONFIGURATIONS, Family, IDENT_NUMBER, PpoDrive, PpoOnly, Shape};
 use crate::devices::ppo_drive::table::{Row, Table};
 use crate::devices::ppo_drive::{Drive, Settings};
-use crate::gsd::{Level, Policy, Station, did_you_mean};
+use crate::gsd::{Level, Module, Policy, Station, did_you_mean};
 use crate::host::fault::{Condition, Switch};
 use crate::host::{
     GsdStation, HostedPpoDrive, Participant, PpoJudge, Refusals, StateDir, StateDirError, StationRecords,
@@ -343,7 +344,7 @@ pub fn ppo(number: &str) -> Option<PpoType> {
 
 /// Refuses a device file that has no PPO, or not the one that is wanted.
 fn check_ppo(station: &Station, file: &Path, only: Option<PpoType>) -> Result<(), Wrong> {
-    let Some(admitted) = admitted(station) else { return Ok(()) };
+    let admitted = admitted(station);
     if admitted.iter().any(|kind| only.is_none_or(|only| only == *kind)) {
         return Ok(());
     }
@@ -365,18 +366,27 @@ fn check_ppo(station: &Station, file: &Path, only: Option<PpoType>) -> Result<()
     })
 }
 
-/// Which PPO a master can configure; `None` where it may compose one of several modules.
-fn admitted(station: &Station) -> Option<Vec<PpoType>> {
+/// Which PPO a master can configure, also one composed of several modules.
+fn admitted(station: &Station) -> BTreeSet<PpoType> {
     let gsd = station.gsd();
-    let mut found: Vec<_> = if !gsd.is_modular() {
-        ppo_of(station.configuration(None)).into_iter().collect()
-    } else if gsd.max_module == Some(1) {
-        gsd.modules.iter().filter_map(|module| ppo_of(&module.identifiers)).collect()
-    } else {
-        return None;
-    };
-    found.dedup();
-    Some(found)
+    if !gsd.is_modular() {
+        return Shape::of(station.configuration(None)).ppo().into_iter().collect();
+    }
+    let shape = |module: &Module| Shape::of(&module.identifiers);
+    let modules: BTreeSet<Shape> = gsd.modules.iter().map(shape).collect();
+    let presets = gsd.modules.iter().filter(|module| module.preset && gsd.flags.fixed_presets);
+    let slots = usize::from(gsd.max_module.unwrap_or(1)).saturating_sub(presets.clone().count());
+    let begin = presets.fold(Shape::default(), |whole, module| whole.and(shape(module)));
+    let (mut all, mut newest) = (BTreeSet::from([begin]), vec![begin]);
+    for _ in 0..slots {
+        let longer = newest.iter().flat_map(|before| modules.iter().map(|module| before.and(*module)));
+        newest = longer.filter(|whole| whole.fits()).collect();
+        newest.retain(|whole| all.insert(*whole));
+        if newest.is_empty() {
+            break;
+        }
+    }
+    all.into_iter().filter_map(Shape::ppo).collect()
 }
 
 /// The parameters of a drive of the profile, with what they begin with.

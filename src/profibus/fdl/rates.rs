@@ -11,10 +11,11 @@ impl Rates {
     /// No rate at all, to begin with.
     pub const NONE: Self = Self([None; BaudRate::ALL.len()]);
 
-    /// Every rate with the customary max T_SDR ([`BaudRate::max_tsdr_bits`]).
+    /// Every rate of RS-485 with the customary max T_SDR ([`BaudRate::max_tsdr_bits`]): all but that of PROFIBUS PA.
     pub const CUSTOMARY: Self = Self([
         Some(BaudRate::K9_6.max_tsdr_bits()),
         Some(BaudRate::K19_2.max_tsdr_bits()),
+        None,
         Some(BaudRate::K45_45.max_tsdr_bits()),
         Some(BaudRate::K93_75.max_tsdr_bits()),
         Some(BaudRate::K187_5.max_tsdr_bits()),
@@ -64,10 +65,11 @@ impl Rates {
     }
 
     const fn of(&mut self, rate: BaudRate) -> &mut Option<u16> {
-        let [k9_6, k19_2, k45_45, k93_75, k187_5, k500, k1500, k3000, k6000, k12000] = &mut self.0;
+        let [k9_6, k19_2, k31_25, k45_45, k93_75, k187_5, k500, k1500, k3000, k6000, k12000] = &mut self.0;
         match rate {
             BaudRate::K9_6 => k9_6,
             BaudRate::K19_2 => k19_2,
+            BaudRate::K31_25 => k31_25,
             BaudRate::K45_45 => k45_45,
             BaudRate::K93_75 => k93_75,
             BaudRate::K187_5 => k187_5,
@@ -92,16 +94,22 @@ mod tests {
 
     #[test]
     fn each_rate_is_taken_away_and_given_back_by_itself() {
-        for rate in BaudRate::ALL {
+        for rate in Rates::CUSTOMARY.iter() {
             let without = Rates::CUSTOMARY.without(rate);
             assert!(!without.contains(rate));
-            assert_eq!(without.iter().count(), BaudRate::ALL.len() - 1);
+            assert_eq!(without.iter().count(), BaudRate::ALL.len() - 2);
             assert_eq!(without.with(rate, rate.max_tsdr_bits()), Rates::CUSTOMARY);
             assert_eq!(Rates::NONE.with(rate, 15).max_tsdr(rate), Some(15));
             assert_eq!(without.union(Rates::NONE.with(rate, 9999)).max_tsdr(rate), Some(9999));
             assert_eq!(without.union(without), without);
         }
         assert_eq!(Rates::NONE.iter().next(), None);
-        assert!(Rates::CUSTOMARY.iter().eq(BaudRate::ALL));
+        let customary = BaudRate::ALL.into_iter().filter(|rate| *rate != BaudRate::K31_25);
+        assert!(Rates::CUSTOMARY.iter().eq(customary), "31.25 kbit/s is not of RS-485");
+        let pa = Rates::NONE.with(BaudRate::K31_25, 120);
+        assert_eq!(
+            (pa.iter().collect::<std::vec::Vec<_>>(), pa.max_tsdr(BaudRate::K31_25)),
+            (std::vec![BaudRate::K31_25], Some(120))
+        );
     }
 }

@@ -445,23 +445,56 @@ impl<A: Application> PpoDrive<A> {
     }
 }
 
-/// The type of PPO that a configuration has: by its octets in each direction, and whether they begin with those of the
-/// parameter channel.
+/// The type of PPO that a configuration has.
 pub(crate) fn ppo_of(configuration: &[u8]) -> Option<PpoType> {
-    let mut lengths = identifiers(configuration).filter_map(|octets| Identifier::read(octets).ok()).map(
-        |(identifier, _)| {
+    Shape::of(configuration).ppo()
+}
+
+/// What decides which PPO a configuration is: its octets in each direction, and whether they begin with those of the parameter
+/// channel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Shape {
+    inputs: usize,
+    outputs: usize,
+    /// `None`: it has no octets.
+    begins_with_pkw: Option<bool>,
+}
+
+impl Shape {
+    /// That of a configuration, or of a part of one.
+    pub(crate) fn of(configuration: &[u8]) -> Self {
+        let read = identifiers(configuration).filter_map(|octets| Identifier::read(octets).ok());
+        read.fold(Self::default(), |whole, (identifier, _)| {
             let octets = |units: Option<Units>| units.map_or(0, Units::octets);
-            (octets(identifier.inputs), octets(identifier.outputs))
-        },
-    );
-    let first = lengths.find(|lengths| *lengths != (0, 0))?;
-    let (inputs, outputs) = lengths.fold(first, |sum, lengths| (sum.0 + lengths.0, sum.1 + lengths.1));
-    let has_pkw = first == (PKW_LEN, PKW_LEN);
-    PpoType::ALL.into_iter().find(|kind| {
-        *kind != PpoType::SevenWords
-            && (inputs, outputs) == (kind.len(), kind.len())
-            && kind.has_pkw() == has_pkw
-    })
+            let (inputs, outputs) = (octets(identifier.inputs), octets(identifier.outputs));
+            let begins_with_pkw =
+                ((inputs, outputs) != (0, 0)).then_some((inputs, outputs) == (PKW_LEN, PKW_LEN));
+            whole.and(Self { inputs, outputs, begins_with_pkw })
+        })
+    }
+
+    /// With another part behind it.
+    pub(crate) fn and(self, behind: Self) -> Self {
+        Self {
+            inputs: self.inputs + behind.inputs,
+            outputs: self.outputs + behind.outputs,
+            begins_with_pkw: self.begins_with_pkw.or(behind.begins_with_pkw),
+        }
+    }
+
+    /// Whether the longest PPO has room for it.
+    pub(crate) fn fits(self) -> bool {
+        self.inputs.max(self.outputs) <= PpoType::Ppo5.len()
+    }
+
+    /// The PPO that it is.
+    pub(crate) fn ppo(self) -> Option<PpoType> {
+        PpoType::ALL.into_iter().find(|kind| {
+            *kind != PpoType::SevenWords
+                && (self.inputs, self.outputs) == (kind.len(), kind.len())
+                && Some(kind.has_pkw()) == self.begins_with_pkw
+        })
+    }
 }
 
 #[cfg(test)]

@@ -1,0 +1,136 @@
+//! Groups of devices: by which option, table or route they are given.
+
+use super::choice::{near, one_of};
+use super::{Choice, DEVICES, Device, Wrong};
+use crate::can_bus::canopen::NodeId;
+use crate::profibus::fdl::Address;
+
+/// By which option, table or route devices are given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Group {
+    /// Drives with a model of their own, on PROFIBUS: `--drive`.
+    Drive,
+    /// Drives of the profile, on PROFIBUS: `--ppo-drive`.
+    PpoDrive,
+    /// What a file describes, on PROFIBUS: `--station`.
+    Station,
+    /// Nodes on CANopen: `--node`.
+    Node,
+}
+
+impl Group {
+    /// Every group.
+    pub const ALL: [Self; 4] = [Self::Drive, Self::PpoDrive, Self::Station, Self::Node];
+
+    /// Its table in TOML; with `--` its option.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Drive => "drive",
+            Self::PpoDrive => "ppo-drive",
+            Self::Station => "station",
+            Self::Node => "node",
+        }
+    }
+
+    /// The key of the place on the bus.
+    pub(crate) const fn place_key(self) -> &'static str {
+        match self {
+            Self::Drive | Self::PpoDrive | Self::Station => "address",
+            Self::Node => "id",
+        }
+    }
+
+    /// The key that says which device of the group it is.
+    pub(crate) const fn device_key(self) -> &'static str {
+        match self {
+            Self::Drive => "model",
+            Self::PpoDrive | Self::Station | Self::Node => "device",
+        }
+    }
+
+    /// The devices of the group, the usual one first.
+    pub(crate) fn devices(self) -> impl Iterator<Item = &'static Device> {
+        DEVICES.iter().filter(move |device| device.group() == self)
+    }
+
+    /// The names of its devices, sorted.
+    pub(crate) fn names(self) -> Vec<&'static str> {
+        let mut names: Vec<_> = self.devices().map(Device::name).collect();
+        names.sort_unstable();
+        names
+    }
+
+    /// Everything that can be chosen about one of its devices, each key once.
+    pub(crate) fn choices(self) -> Vec<&'static Choice> {
+        let mut all: Vec<&'static Choice> = Vec::new();
+        for choice in self.devices().flat_map(|device| device.choices()) {
+            if all.iter().all(|known| known.key != choice.key) {
+                all.push(choice);
+            }
+        }
+        all
+    }
+
+    /// The form of a specification, `place` before it: `ADDRESS[,model=ag03-1|ag03][,gear=24|48]`.
+    pub(crate) fn form(self, place: &str) -> String {
+        let device = match &*self.names() {
+            [_] | [] => String::new(),
+            several => format!("[,{}={}]", self.device_key(), several.join("|")),
+        };
+        let choices: String =
+            self.choices().into_iter().map(|choice| choice.form(self.requires(choice))).collect();
+        format!("{place}{device}{choices}")
+    }
+
+    /// Whether none of its devices can be without it.
+    pub(super) fn requires(self, choice: &Choice) -> bool {
+        let mut devices = self.devices();
+        devices.all(|device| device.choices().iter().any(|own| own.key == choice.key && own.required))
+    }
+
+    /// What its place is called, and in a form.
+    const fn place(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Drive | Self::PpoDrive | Self::Station => ("address", "ADDRESS"),
+            Self::Node => ("node number", "ID"),
+        }
+    }
+
+    pub(super) fn without_place(self) -> Wrong {
+        Wrong::whole(format!("the {} is missing; {}", self.place().0, self.expected()))
+    }
+
+    pub(super) fn expected(self) -> String {
+        format!("expected {}", self.form(self.place().1))
+    }
+
+    /// The device of that name.
+    pub(super) fn device(self, name: &str) -> Result<&'static Device, String> {
+        let key = self.device_key();
+        self.devices().find(|device| device.name() == name).ok_or_else(|| {
+            let names = self.names();
+            let near = near(name, names.iter().copied());
+            format!("{key} '{name}' is unknown; {near}expected {}", one_of(&names))
+        })
+    }
+
+    /// The number of a place.
+    pub(super) fn number(self, text: &str) -> Result<u8, String> {
+        let (what, _) = self.place();
+        if text.is_empty() || !text.bytes().all(|octet| octet.is_ascii_digit()) {
+            return Err(format!("'{text}' is no {what}; {}", self.expected()));
+        }
+        let number = text.parse().ok().filter(|number| self.has_place(*number));
+        number.ok_or_else(|| match self {
+            Self::Drive | Self::PpoDrive | Self::Station => format!("address {text} is outside 0 to 126"),
+            Self::Node => format!("node number {text} is outside 1 to 127"),
+        })
+    }
+
+    fn has_place(self, number: u8) -> bool {
+        match self {
+            Self::Drive | Self::PpoDrive | Self::Station => Address::station(number).is_ok(),
+            Self::Node => NodeId::new(number).is_ok(),
+        }
+    }
+}
