@@ -31,6 +31,9 @@ fn masters() -> Vec<(&'static str, Settings)> {
     vec![
         ("Get_Cfg before Set_Prm", with(&[Habit::ReadsCfg])),
         ("FDL status of a silent station", with(&[Habit::AsksStatus])),
+        ("FDL status of a silent station in a ring", ring(with(&[Habit::AsksStatus]))),
+        ("Slave_Diag in each second exchange", with(&[Habit::DiagnosesEach(2)])),
+        ("Slave_Diag in each tenth exchange", with(&[Habit::DiagnosesEach(10)])),
         ("two Slave_Diags at the start", with(&[Habit::DiagnosesTwice])),
         ("Global_Control in each cycle", with(&[Habit::ControlsEachCycle])),
         ("pauses of all lengths", with(&[Habit::Jitters])),

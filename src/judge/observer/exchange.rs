@@ -192,7 +192,12 @@ impl Observer {
                     view.lose(Loss::Refused);
                 }
             }
-            Answer::Status(_) | Answer::Silence | Answer::Bad(_) | Answer::Mixed => view.trouble(),
+            Answer::Status(_) => {
+                view.trouble();
+                // It is a reason of its own for a new start-up.
+                view.disturbed = None;
+            }
+            Answer::Silence | Answer::Bad(_) | Answer::Mixed => view.trouble(),
         }
     }
 

@@ -39,7 +39,7 @@ pub(super) struct Ring {
     is_shared: bool,
     /// What the search in the GAP left out before that.
     left_out: Option<u8>,
-    /// An FDL status was asked for since the last token.
+    /// An FDL status of the GAP was asked for since the last token.
     has_asked: bool,
     /// Rotations without one since the first, while the master was alone.
     quiet: u32,
@@ -109,11 +109,17 @@ impl Observer {
 
     /// Whether an FDL status request follows on the one before as the search in the GAP does.
     pub(super) fn is_of_gap(&mut self, da: Address) -> bool {
-        let before = self.ring.polled.replace(da.number());
+        self.ring.asked.insert(da.number());
         let own = self.master.map(Address::number);
         let skipped = |number: u8| if Some(number) == own { number + 1 } else { number };
-        let follows = before.is_some_and(|before| skipped(before + 1) == da.number() || da.number() < before);
-        self.ring.asked.insert(da.number());
+        let next = self.ring.polled.is_some_and(|before| skipped(before + 1) == da.number());
+        // Some masters look in this way for a station that they have lost.
+        if !next && self.setup.slave(da).is_some() {
+            return false;
+        }
+        self.ring.has_asked = true;
+        let before = self.ring.polled.replace(da.number());
+        let follows = next || before.is_some_and(|before| da.number() < before);
         let falls = before.is_some_and(|before| da.number() < before);
         // With another master in the ring the GAP is shorter.
         self.ring.turns += u32::from(falls && !self.ring.is_shared);
@@ -140,7 +146,6 @@ impl Observer {
         {
             self.judge_uncounted(serial, &data);
         }
-        self.ring.has_asked = true;
         if let Some(view) = self.views.get_mut(&da.number()) {
             view.asked_since = view.asked_since.saturating_add(1);
         }
