@@ -192,6 +192,11 @@ pub trait CanopenDevice: Send {
         Ok(node.recall(now, image, application)?)
     }
 
+    /// The host does not keep yet what was recalled: it is offered as an image.
+    fn offer_image(&mut self) {
+        self.parts().0.offer_image();
+    }
+
     /// The image to keep ([`Node::poll_image`](crate::can_bus::canopen::Node::poll_image)).
     ///
     /// # Errors

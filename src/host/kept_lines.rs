@@ -35,9 +35,11 @@ mod faulty_disk;
 
 /// The object that is written: the heartbeat time, or v-Pos of an AG03/1, which does not keep that.
 fn object(which: usize) -> canopen::Address {
-    if which == 5 { canopen::Address::new(0x2410, 5) } else { canopen::Address::new(0x1017, 0) }
+    if which == NO_1010H { canopen::Address::new(0x2410, 5) } else { canopen::Address::new(0x1017, 0) }
 }
 
+/// The AG03/1 on CANopen has no "save": it keeps by itself what is written.
+const NO_1010H: usize = 5;
 /// Frames of SDOs to and from a node.
 const TO_NODE: u16 = 0x600;
 const FROM_NODE: u16 = 0x580;
@@ -311,12 +313,12 @@ impl World {
         match self.units.get(&which) {
             None => return,
             Some(Unit::Node(_)) => {
-                let value = if which == 5 { 1 + last % 90 } else { 1000 + last % 50_000 };
+                let value = if which == NO_1010H { 1 + last % 90 } else { 1000 + last % 50_000 };
                 let [low, high, ..] = value.to_le_bytes();
                 let at = object(which);
                 let [index_low, index_high] = at.index.0.to_le_bytes();
                 // One octet or two.
-                let command = if which == 5 { 0x2F } else { 0x2B };
+                let command = if which == NO_1010H { 0x2F } else { 0x2B };
                 self.sdo(which, [command, index_low, index_high, at.sub.0, low, high, 0, 0]);
             }
             Some(Unit::Slave(address)) if KINDS[which].0 == Group::Station => {
@@ -421,16 +423,16 @@ impl World {
         }
     }
 
-    /// Whether the memory of a device says that it is on the disk: an image that a disk refused is tried again with the next
-    /// change, or when the device is switched off.
+    /// Whether the memory of a device says that it is on the disk, or "save" was answered: an image that a disk refused is
+    /// tried again with the next change, or when the device is switched off.
     fn is_safe(&self, which: usize) -> bool {
         let memory = match self.units.get(&which) {
             None => None,
             Some(Unit::Slave(address)) => self.bus.description(*address).and_then(|device| device.memory()),
             Some(Unit::Node(node)) => node.as_device().description().memory(),
         };
-        let is_node = matches!(self.units.get(&which), Some(Unit::Node(_)));
-        memory.map_or(is_node || !self.refused, |memory| memory == "in its file")
+        let is_saved = matches!(self.units.get(&which), Some(Unit::Node(_))) && which != NO_1010H;
+        memory.map_or(is_saved || !self.refused, |memory| memory == "in its file")
     }
 
     fn remove_all(&mut self) {

@@ -42,24 +42,13 @@ pub struct StoredNode {
 struct Unit {
     device: Box<dyn CanopenDevice>,
     buffer: Vec<u8>,
-    /// The image it began with, if that is not on the disk.
-    recalled: Option<Vec<u8>>,
-}
-
-/// Which image.
-#[derive(Clone, Copy, Debug)]
-enum Kept {
-    /// That which the device began with.
-    Recalled,
-    /// One of the device.
-    Of(Generation),
 }
 
 impl StoredNode {
     /// A device whose EEPROM lives as long as it, switched on at `now`.
     pub fn new(mut device: Box<dyn CanopenDevice>, now: Instant) -> Self {
         device.power_on(now);
-        let mut stored = Stored::from(Unit { device, buffer: Vec::new(), recalled: None });
+        let mut stored = Stored::from(Unit { device, buffer: Vec::new() });
         stored.act(now, |_| {});
         Self::over(stored)
     }
@@ -205,34 +194,31 @@ impl StateDir {
         let mut device = product.make(node, choices, Eeprom::Host, now);
         let twin = if choices.flag("twin") { "-twin" } else { "" };
         let name = format!("{}-node-{:03}{twin}", device.application().product(), node.number());
-        let (file, newest) = self.file::<Kept>(&name, LONGEST_IMAGE)?;
-        let mut recalled = None;
+        let (file, newest) = self.file::<Generation>(&name, LONGEST_IMAGE)?;
         match newest {
             Some(Newest { octets, safe }) => {
                 tracing::info!("EEPROM from {}", file.path().display());
                 device
                     .recall(now, &octets)
                     .map_err(|cause| StateDirError::Refused { path: file.path(), cause: Box::new(cause) })?;
-                recalled = (!safe).then_some(octets);
+                if !safe {
+                    device.offer_image();
+                }
             }
             None => tracing::info!("EEPROM will be kept in {}", file.path().display()),
         }
         device.power_on(now);
-        let unit = Unit { device, buffer: vec![0; LONGEST_IMAGE], recalled };
+        let unit = Unit { device, buffer: vec![0; LONGEST_IMAGE] };
         Ok(StoredNode::over(Stored::in_file(unit, file, now)))
     }
 }
 
 impl Images for Unit {
-    type Generation = Kept;
+    type Generation = Generation;
 
-    fn poll_image(&mut self) -> Option<(Kept, Vec<u8>)> {
+    fn poll_image(&mut self) -> Option<(Generation, Vec<u8>)> {
         match self.device.poll_image(&mut self.buffer) {
-            Ok(Some(StoreRequest { generation, octets })) => {
-                self.recalled = None;
-                Some((Kept::Of(generation), octets.to_vec()))
-            }
-            Ok(None) => self.recalled.take().map(|octets| (Kept::Recalled, octets)),
+            Ok(request) => request.map(|StoreRequest { generation, octets }| (generation, octets.to_vec())),
             Err(error) => {
                 tracing::error!("node {}: its EEPROM cannot be kept: {error}", self.device.node_id());
                 None
@@ -240,14 +226,8 @@ impl Images for Unit {
         }
     }
 
-    fn handle_stored(&mut self, now: Instant, generation: Kept, stored: bool) {
-        match generation {
-            Kept::Recalled => {}
-            Kept::Of(generation) => {
-                let outcome = if stored { Ok(()) } else { Err(NotStored) };
-                self.device.handle_stored(now, generation, outcome);
-            }
-        }
+    fn handle_stored(&mut self, now: Instant, generation: Generation, stored: bool) {
+        self.device.handle_stored(now, generation, if stored { Ok(()) } else { Err(NotStored) });
     }
 
     fn switch_off(&mut self, now: Instant) {

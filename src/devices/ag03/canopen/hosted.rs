@@ -137,6 +137,10 @@ impl CanopenDevice for Ag03Node {
         Ok(())
     }
 
+    fn offer_image(&mut self) {
+        self.part.unit.offer_image();
+    }
+
     fn poll_image<'a>(&mut self, into: &'a mut [u8]) -> Result<Option<StoreRequest<&'a [u8]>>, ImageError> {
         let got = into.len();
         if got < unit::MAX_IMAGE_LEN {

@@ -142,9 +142,7 @@ impl Unit {
     /// As [`Unit::restore`].
     pub(crate) fn restore_unstored(config: Config, octets: &[u8]) -> Result<Self, ImageError> {
         let mut unit = Self::restore(config, octets)?;
-        if let Some(storage) = &mut unit.storage {
-            storage.newest.offer();
-        }
+        unit.offer_image();
         Ok(unit)
     }
 

@@ -40,6 +40,13 @@ impl Unit {
         }
     }
 
+    /// The host does not keep yet what the unit holds: [`Unit::poll_image`] offers it.
+    pub(crate) const fn offer_image(&mut self) {
+        if let Some(storage) = &mut self.storage {
+            storage.newest.offer();
+        }
+    }
+
     /// The image to keep, if something in it has changed since the one taken before and [`Eeprom::Host`] is configured.
     ///
     /// The shaft position is in it as of the last standstill.
