@@ -73,6 +73,7 @@ mod drive_log;
 mod drive_states;
 #[cfg(feature = "std")]
 mod eds_drive;
+#[cfg(feature = "std")]
 mod eds_files;
 #[cfg(feature = "std")]
 mod eds_node;
