@@ -64,7 +64,7 @@ use crate::time::Instant;
 /// # Goals
 ///
 /// [`pursue`](Self::pursue) takes a [`Goal`]. The client goes through the control words of the manual's flow charts,
-/// waits for the ZSW patterns that belong to them ([`ZswPattern`]), and ends with one [`GoalOutcome`]. A new goal takes
+/// waits for the ZSW patterns that belong to them (`ZswPattern`), and ends with one [`GoalOutcome`]. A new goal takes
 /// the place of one under way, which then has no outcome: [`Goal::Stop`] and [`Goal::Disable`] act with the next output
 /// image.
 ///

@@ -13,7 +13,7 @@
 //! - [`Bus`] puts many stations on one line, with the calling contract of one [`crate::devices::ag03::profibus::Device`].
 //! - [`can`] is the same for CAN: a bus in memory, adapters over pseudo-terminal and TCP, and its own run loop.
 //! - [`capture`] writes what passes to pcapng files and reads them (feature `capture`).
-//! - [`StateDir`] keeps the images of units in files, each an [`ImageFile`]; what is [`Stored`] has such a
+//! - [`StateDir`] keeps the images of units in files, each an `ImageFile`; what is [`Stored`] has such a
 //!   file.
 //! - [`run()`] connects the three until [`Stop`] is requested.
 //!

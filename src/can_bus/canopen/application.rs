@@ -143,7 +143,7 @@ pub trait Application {
     }
 
     /// What a device keeps over power-off that its dictionary does not show, as a battery-buffered count: goes into an
-    /// image as it is. Says how many octets it has; at most [`MAX_BESIDE`] count.
+    /// image as it is. Says how many octets it has; at most `MAX_BESIDE` count.
     fn kept_beside(&self, into: &mut [u8; MAX_BESIDE]) -> usize {
         let _ = into;
         0

@@ -14,7 +14,7 @@
 //! | `words` | [`ControlBit`], [`StatusBit`]: every bit of both words |
 //! | `set_point` | the two set points, validity and acknowledgement |
 //! | `monitor` | target windows, loop, the way to turn |
-//! | `faults` | [`Fault`], [`Battery`]: battery and speed |
+//! | `faults` | [`Fault`], `Battery`: battery and speed |
 //! | `keys` | [`Key`], what the keys do |
 //! | `menu` | the parameter menu and the diagnosis |
 //! | `leds` | [`Leds`] |

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! Positions within are increments of the encoder since the drive was made; PUU of the user, counted from home, exist
-//! only at the border ([`Servo::puu`]). Time advances in steps of 1 ms.
+//! only at the border (`Servo::puu`). Time advances in steps of 1 ms.
 //!
 //! | file | holds |
 //! | --- | --- |

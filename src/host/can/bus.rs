@@ -8,7 +8,7 @@
 //!
 //! There is one order of frames for everybody. A frame takes the time of its bits, stuff bits included; the next one
 //! begins three bits later. Frames that wait when the bus becomes free go out lowest identifier first. All times are
-//! those of the bits: who calls late finds the same frames at the same times, up to [`CATCH_UP`].
+//! those of the bits: who calls late finds the same frames at the same times, up to `CATCH_UP`.
 //!
 //! Frames on purpose corrupted are in [`fault`](super::fault).
 
@@ -243,7 +243,7 @@ impl<E: 'static> Bus<E> {
     }
 
     /// Whether [`Event::Passed`] is reported for each frame. At first not.
-    pub(crate) const fn watch(&mut self, watched: bool) {
+    pub const fn watch(&mut self, watched: bool) {
         self.events.watched = watched;
     }
 

@@ -13,7 +13,7 @@
 //! | [`hint`](BusHint) | what is odd, said once |
 //! | [`line`](Line) | the bus in real time with the adapters of its masters |
 //! | [`node`](StoredNode) | a CANopen device as a participant, and its EEPROM |
-//! | [`node_counters`](NodeCounters) | what a node has heard and sent, what went wrong |
+//! | `node_counters` | what a node has heard and sent, what went wrong |
 //! | `node_faults` | the faults of a bus with nodes: [`Bus::add_fault`] |
 //! | [`product`](Product) | a device that can be a node |
 //! | [`link_spec`](LinkSpec) | where masters find the bus |

@@ -10,7 +10,7 @@ use crate::time::Instant;
 /// The faults of a bus with nodes: those of frames act on the bus, those of nodes in each [`StoredNode`] they are for.
 impl Bus<CanopenEvent> {
     /// Adds a fault behind the others: to the nodes it is for and are there, and by
-    /// [`add_faults_to`](Self::add_faults_to) to those that come. Returns its number, by which it is removed. A node named
+    /// `add_faults_to` to those that come. Returns its number, by which it is removed. A node named
     /// by the fault is the one that has this number now.
     ///
     /// # Errors

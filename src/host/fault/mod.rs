@@ -44,7 +44,7 @@ pub(crate) use parameter::duration;
 pub(crate) use parameter::{DiagOctets, FramePart};
 pub use text::RuleError;
 
-/// A fault on purpose: what, when, and of whom. It is written as [`BusKind::form`] says.
+/// A fault on purpose: what, when, and of whom. It is written as `BusKind::form` says.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rule {
     pub(crate) kind: Kind,

@@ -38,7 +38,7 @@ impl StationRecords {
     /// Reads a file.
     ///
     /// # Errors
-    /// [`RecordsError`]
+    /// `RecordsError`
     pub fn from_toml(text: &str) -> Result<Self, RecordsError> {
         let line = |at: usize| 1 + text.get(..at).unwrap_or(text).matches('\n').count();
         let root = DeTable::parse(text).map_err(|error| {

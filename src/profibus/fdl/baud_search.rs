@@ -9,7 +9,7 @@
 //! ```
 //!
 //! Pure: it is told what was heard and what time it is, and says which rate to listen at. Whoever owns the line
-//! changes its rate; stations at this end send nothing while [`BaudSearch::is_searching`]. In CONTROL every
+//! changes its rate; stations at this end send nothing while `BaudSearch::is_searching`. In CONTROL every
 //! error-free telegram *to a station at this end* starts the time anew; its end does not touch the DP slave, which
 //! keeps its state and outputs (row 26 of `dp-v0.md` 7).
 

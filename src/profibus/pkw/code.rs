@@ -74,7 +74,7 @@ pub enum JobError {
         /// The sub-index found.
         got: u8,
     },
-    /// The value, which may be a fraction, is outside the parameter's range: [`JobError::outside`].
+    /// The value, which may be a fraction, is outside the parameter's range: `JobError::outside`.
     #[error("the value must be within {} to {}, got {}", f64::from_bits(*.low), f64::from_bits(*.high), f64::from_bits(*.got))]
     Outside {
         /// Smallest value allowed, the bits of an `f64`.

@@ -27,7 +27,7 @@ pub enum Fault {
     F,
     /// Intermediate circuit above 35 V.
     G,
-    /// The bus makes too many errors while the drive travels. Raised by a bus ([`Drive::set_bus_causes`](super::Drive::set_bus_causes)).
+    /// The bus makes too many errors while the drive travels. Raised by a bus (`Drive::set_bus_causes`).
     H,
     /// The bus is off. Raised by a bus.
     I,

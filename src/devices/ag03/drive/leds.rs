@@ -8,7 +8,7 @@ use super::faults::Fault;
 pub(crate) const BLINK_ON: Duration = Duration::from_millis(250);
 /// How long it is dark between two blinks.
 pub(crate) const BLINK_OFF: Duration = Duration::from_millis(250);
-/// How long it is dark after the last blink, in addition to [`BLINK_OFF`].
+/// How long it is dark after the last blink, in addition to `BLINK_OFF`.
 pub const BLINK_PAUSE: Duration = Duration::from_millis(1250);
 
 /// What the status LED does.

@@ -235,7 +235,7 @@ pub enum Limits {
     Acceleration,
     /// The I gain: 0 to 500 (`ag03.md` C-01).
     IGain,
-    /// A speed: 1 rpm up to what the gear allows, see [`Gear::max_rpm`].
+    /// A speed: 1 rpm up to what the gear allows, see `Gear::max_rpm`.
     Speed,
 }
 

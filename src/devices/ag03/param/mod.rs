@@ -5,7 +5,7 @@
 //! | `on_canopen` | the rows as the object dictionary has them |
 //! | `model` | [`Model`], [`Gear`]: which drive |
 //! | `entry` | [`Entry`]: what the table says about a parameter |
-//! | `in_words` | [`Entry::in_words`], [`Lengths`]: values with their units |
+//! | `in_words` | `Entry::in_words`, [`Lengths`]: values with their units |
 //! | `table` | [`TABLE`]: every parameter of both models as data, [`Parameter`] |
 //! | `quirks` | [`Quirks`]: where the manuals contradict themselves |
 //! | `store` | [`Store`]: the values of one drive, and who may change them when |

@@ -21,7 +21,7 @@
 //! | `flow_charts` | the control words that the manual prints |
 //! | `event` | [`Event`]: what has happened in the drive, with the bits of PROFIBUS |
 //! | [`hint`] | [`Hint`]: what is odd, said once |
-//! | `job` | [`JobText`]: why a PKW job was not executed, and what to send instead |
+//! | `job` | `JobText`: why a PKW job was not executed, and what to send instead |
 //! | `parameters` | the parameters of the unit as the parameter channel reaches them |
 //! | `part` | the DP part and the drive part of [`Device`] |
 //! | `quirks` | [`QUIRKS`]: every named alternative |

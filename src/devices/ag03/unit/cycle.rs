@@ -32,7 +32,7 @@ impl ApplicationCycle {
     /// A cycle of this time.
     ///
     /// # Errors
-    /// [`CycleTooShort`] below [`ApplicationCycle::SHORTEST`].
+    /// [`CycleTooShort`] below `ApplicationCycle::SHORTEST`.
     pub const fn every(time: Duration) -> Result<Self, CycleTooShort> {
         if time.as_nanos() < Self::SHORTEST.as_nanos() {
             return Err(CycleTooShort { got: time });

@@ -6,7 +6,7 @@
 //!
 //! | file | holds |
 //! | --- | --- |
-//! | `cycle` | [`Cycles`]: when the next application cycle runs |
+//! | `cycle` | `Cycles`: when the next application cycle runs |
 //! | `dip` | [`DipSwitches`]: ten switches |
 //! | `event` | [`Event`]: what has happened in the unit |
 //! | `image` | [`Image`]: what survives power-off, as octets |
@@ -179,7 +179,7 @@ impl Unit {
         unit
     }
 
-    /// Lets `dt` pass under what the bus wants; without a master that is for example [`Command::UNATTENDED`]. Inputs and
+    /// Lets `dt` pass under what the bus wants; without a master that is for example `Command::UNATTENDED`. Inputs and
     /// parameters act at the beginning.
     pub fn step(&mut self, dt: Duration, command: &Command) {
         self.drive.step(dt, command, &self.settings);

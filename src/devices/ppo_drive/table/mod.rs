@@ -231,7 +231,7 @@ impl Tie {
 /// One parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// Its number, 1 to [`MAX_PNU`].
+    /// Its number, 1 to `MAX_PNU`.
     pub pnu: u16,
     /// Its name.
     pub name: String,

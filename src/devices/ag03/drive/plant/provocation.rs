@@ -41,7 +41,7 @@ impl Drive {
     }
 
     /// The faults that `inputs` make on this drive: D, E, F, G and J at once, A, B and C as soon as the shaft is commanded to turn
-    /// (with a load: against it). B and C are here though nothing turns now and [`Drive::causes`] knows nothing of
+    /// (with a load: against it). B and C are here though nothing turns now and `Drive::causes` knows nothing of
     /// them: acknowledged, they come back with the next travel.
     pub fn provoked_by(&self, inputs: &Inputs) -> FaultSet {
         self.plant.provoked_by(inputs)
