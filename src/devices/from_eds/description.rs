@@ -35,8 +35,12 @@ impl Surroundings for FromEds {
         let Some(drive) = self.drive() else { return };
         for fault in Fault::all() {
             let present = drive.fault() == Some(fault);
-            let name = format_args!("{:04X}", fault.0);
-            tell(Provocable { name: &name, text: &fault.text(), present, provoked: present });
+            tell(Provocable {
+                name: &format_args!("{:04X}", fault.0),
+                text: &fault.text(),
+                present,
+                provoked: present,
+            });
         }
     }
 
