@@ -89,7 +89,8 @@ def play(link, sheet):
         expect(True, "boot-up after reset node")
         expect(node.sdo[0x1018][1].raw == node.object_dictionary.device_information.vendor_number, "vendor")
         read_all(node)
-        if PROGRAM in node.object_dictionary:
+        program = node.object_dictionary.get(PROGRAM)
+        if getattr(program, "data_type", None) == canopen.objectdictionary.datatypes.DOMAIN:
             blocks(node)
         node.sdo[0x1017].raw = 50
         node.nmt.state = "OPERATIONAL"
