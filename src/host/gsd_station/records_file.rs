@@ -183,7 +183,8 @@ fn identification(records: &mut StationRecords, parts: &[Part<'_, '_>]) -> Resul
 /// `V1.2.3`
 fn revision(text: &str) -> Option<Revision> {
     let letter = *text.as_bytes().first()?;
-    let numbers = text.get(1..)?.split('.').map(|number| number.parse().ok()).collect::<Option<Vec<u8>>>()?;
+    let numbers =
+        text.get(1..)?.split('.').map(|number| number.parse::<u8>().ok()).collect::<Option<Vec<u8>>>()?;
     let numbers = numbers.try_into().ok()?;
     b"VRPUT".contains(&letter).then_some(Revision { letter, numbers })
 }
