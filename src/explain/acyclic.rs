@@ -4,30 +4,25 @@ use super::field::{Field, Mark, hex};
 use super::service::raw_data;
 use crate::profibus::dpv1::connection::{Abort, AdditionalAddress, Initiate, InitiateResponse};
 use crate::profibus::dpv1::{
-    AlarmHead, CALL_INDEX, Failure, Function, PARAMETER_INDEX, RequestPdu, ResponsePdu,
+    ALARM_SAP, AlarmHead, CALL_INDEX, Failure, Function, MS1_SAP, PARAMETER_INDEX, RESOURCE_MANAGER_SAP,
+    RequestPdu, ResponsePdu,
 };
 use crate::profibus::fdl::Sap;
-
-/// The highest SAP of a slave that is one of DP-V1.
-const LAST_SAP: u8 = 51;
-
-/// The SAP where connections are asked for.
-const RESOURCE_MANAGER: u8 = 49;
 
 /// What a SAP of a slave is for, if DP-V1 has it.
 pub(super) fn sap_use(sap: Sap) -> Option<&'static str> {
     Some(match sap.number() {
         53 => "Set_Ext_Prm (DP-V1)",
-        50 | LAST_SAP => "MS1 (DP-V1)",
-        RESOURCE_MANAGER => "connections are asked for (DP-V1)",
-        ..RESOURCE_MANAGER => "a connection (DP-V1)",
+        ALARM_SAP | MS1_SAP => "MS1 (DP-V1)",
+        RESOURCE_MANAGER_SAP => "connections are asked for (DP-V1)",
+        ..RESOURCE_MANAGER_SAP => "a connection (DP-V1)",
         _ => return None,
     })
 }
 
 /// Whether PDUs of DP-V1 go to this SAP of a slave.
 pub(super) fn carries(sap: Option<Sap>) -> bool {
-    sap.is_some_and(|sap| sap.number() <= LAST_SAP)
+    sap.is_some_and(|sap| sap.number() <= MS1_SAP)
 }
 
 pub(super) fn request(data: &[u8], at: usize) -> (String, Vec<Field>) {

@@ -269,19 +269,14 @@ fn request(fdl: Service, telegram: &DataTelegram<'_>, at: usize, context: &mut C
         | Service::SdnHigh
         | Service::Msrd
         | Service::SrdLow
-        | Service::SrdHigh
-            if service.is_none() && acyclic::carries(telegram.dsap) =>
-        {
-            let (summary, fields) = acyclic::request(telegram.data, at);
-            Carried { service, summary, fields }
+        | Service::SrdHigh => {
+            if service.is_none() && acyclic::carries(telegram.dsap) {
+                let (summary, fields) = acyclic::request(telegram.data, at);
+                Carried { service, summary, fields }
+            } else {
+                service::request(service, telegram.data, at, &mut learned)
+            }
         }
-        Service::SdaLow
-        | Service::SdnLow
-        | Service::SdaHigh
-        | Service::SdnHigh
-        | Service::Msrd
-        | Service::SrdLow
-        | Service::SrdHigh => service::request(service, telegram.data, at, &mut learned),
     };
     context.learn(station, learned);
     carried

@@ -1,7 +1,7 @@
 //! The keywords of DP-V1: which services, alarms and blocks of identification a slave has (`gsd.md` 2, `dp-v1.md` 8).
 
 use super::statement::Statement;
-use crate::profibus::dpv1::status::{Status1, Status2, Status3};
+use crate::profibus::dp::dpv1_status::{Status1, Status2, Status3};
 use crate::profibus::dpv1::{AlarmOffer, MAX_DATA, Ms2Offer, Offer};
 
 /// What the keywords of DP-V1 say.
@@ -143,6 +143,9 @@ mod tests {
         assert!(keywords.identification);
         assert_eq!(keywords.missing([0x80, 0x40, 0]), Some((1, "Enable_Diagnostic_Alarm")));
         assert_eq!(keywords.missing([0x80, 0x20, 0]), None);
+        let needs =
+            Gsd::read(b"#Profibus_DP\nIdent_Number=1\nC1_Read_Write_required=1\nIsochron_Mode_required=1\n");
+        assert_eq!(needs.unwrap().requires.as_deref(), Some("Isochron_Mode_required"));
         let plain = Gsd::read(b"#Profibus_DP\nIdent_Number=1\nModule=\"a\" 0x10\nEndModule\n").unwrap();
         assert!(plain.acyclic.offer(10).is_none());
     }

@@ -105,6 +105,8 @@ pub struct Gsd {
     pub flags: Flags,
     /// The keywords of DP-V1: services, alarms, identification.
     pub acyclic: AcyclicKeywords,
+    /// The keyword of a mode that is required and not emulated; a plant may need it.
+    pub requires: Option<String>,
     /// Max_Diag_Data_Len: the longest Slave_Diag with its six fixed octets, 6..=244.
     pub max_diag_len: u8,
     /// Min_Slave_Intervall in units of 100 us.
@@ -172,8 +174,6 @@ pub struct Flags {
     pub watchdog_1ms: bool,
     /// Prm_Block_Structure_supp or Prm_Block_Structure_req.
     pub prm_blocks: bool,
-    /// A mode is required that is not emulated, and that a plant may need.
-    pub needs_dpv1_services: bool,
 }
 
 impl Flags {

@@ -89,6 +89,7 @@ impl Reader {
             rates: Rates::NONE,
             flags: Flags::default(),
             acyclic: AcyclicKeywords::default(),
+            requires: None,
             max_diag_len: DIAG_FIXED_LEN,
             min_slave_interval: 1,
             max_module: None,

@@ -10,17 +10,9 @@ use super::agreement::{Agreement, UserPrm};
 use super::split::{Plugged, Reading, admits, fixed_presets, hex, slot_count, split};
 use super::{Gsd, Parameter, PrmPart};
 use crate::profibus::dp::application::Expected;
+use crate::profibus::dp::dpv1_status::{self, Status1, Status2, Status3};
 use crate::profibus::dp::{Application, CfgSyntax, Description, IoLengths, Reason, Refusal};
-use crate::profibus::dpv1::status::Status2;
 
-/// Octets of DPV1_Status.
-const STATUS_LEN: usize = 3;
-/// DPV1_Status_1: the watchdog counts milliseconds.
-const WD_BASE_1MS: u8 = 0x04;
-/// DPV1_Status_1: the master uses Fail_Safe.
-const FAIL_SAFE: u8 = 0x40;
-/// DPV1_Status_3: blocks follow.
-const PRM_STRUCTURE: u8 = 0x08;
 /// Octets of the head of a block: length, type, slot, specifier.
 const BLOCK_HEAD_LEN: u8 = 4;
 
@@ -267,16 +259,16 @@ impl Station {
 
     /// The bits of DPV1_Status that a master may set: all but those that the file excludes. What its own defaults
     /// set is taken, too.
-    fn status_bits(&self) -> [u8; STATUS_LEN] {
+    fn status_bits(&self) -> [u8; dpv1_status::LEN] {
         let flags = self.gsd.flags;
         let without = |bit: u8, supported: bool| if supported { 0xFF } else { !bit };
         let [one, two, three] = self.gsd.acyclic.lacks();
         let mut bits = [
-            without(WD_BASE_1MS, flags.watchdog_1ms)
-                & without(FAIL_SAFE, flags.fail_safe || flags.fail_safe_required)
+            without(Status1::WdBase1ms.mask(), flags.watchdog_1ms)
+                & without(Status1::FailSafe.mask(), flags.fail_safe || flags.fail_safe_required)
                 & !one,
             !two,
-            without(PRM_STRUCTURE, flags.prm_blocks) & !three,
+            without(Status3::PrmStructure.mask(), flags.prm_blocks) & !three,
         ];
         for (bits, default) in bits.iter_mut().zip(&self.default_prm) {
             *bits |= *default;
@@ -463,11 +455,11 @@ impl Station {
     }
 
     fn judge_blocks(&self, user_prm: &[u8]) -> Result<(), Refusal> {
-        let structured = user_prm.get(2).is_some_and(|status| status & PRM_STRUCTURE != 0);
+        let structured = user_prm.get(2).is_some_and(|status| Status3::PrmStructure.is_set(*status));
         if !self.gsd.flags.dpv1 || !structured {
             return Ok(());
         }
-        let mut at = STATUS_LEN;
+        let mut at = dpv1_status::LEN;
         while let Some(len) = user_prm.get(at).copied() {
             let fits = usize::from(len) <= user_prm.len() - at;
             if len < BLOCK_HEAD_LEN || !fits {

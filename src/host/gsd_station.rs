@@ -472,9 +472,7 @@ impl Participant for GsdStation {
         if outcome.exchanged && self.has_outputs_again() {
             self.outputs_are = OutputsAre::Live;
         }
-        while let Some(event) = self.poll_service() {
-            news(StationEvent::Acyclic(event));
-        }
+        self.tell_services(news);
         self.run(now);
     }
 
@@ -483,9 +481,7 @@ impl Participant for GsdStation {
             self.learn(&event);
             news(StationEvent::Dp(event));
         }
-        while let Some(event) = self.poll_service() {
-            news(StationEvent::Acyclic(event));
-        }
+        self.tell_services(news);
         self.run(now);
     }
 

@@ -181,7 +181,11 @@ impl Reader {
                 }
             }
             _ if gsd.acyclic.take(line) => {}
-            required if required.ends_with("_required") => gsd.flags.needs_dpv1_services |= flags,
+            required if required.ends_with("_required") => {
+                if flags {
+                    gsd.requires.get_or_insert_with(|| line.spelled.clone());
+                }
+            }
             _other => self.rate_or_text(line),
         }
         Ok(())

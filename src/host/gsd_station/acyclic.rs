@@ -2,6 +2,7 @@
 
 use super::GsdStation;
 use super::records::StationRecords;
+use crate::devices::StationEvent;
 use crate::gsd::{Gsd, Placed};
 use crate::profibus::dp::{self, ExtDiag};
 use crate::profibus::dpv1::{self, AlarmHead, AlarmType, Identification, NotRaised, Specifier, Text};
@@ -112,9 +113,12 @@ impl GsdStation {
         }
     }
 
-    /// The oldest news of its services.
-    pub(super) fn poll_service(&mut self) -> Option<dpv1::Event> {
-        self.acyclic.as_mut()?.services.poll_event()
+    /// Tells what happened in its services.
+    pub(super) fn tell_services(&mut self, news: &mut dyn FnMut(StationEvent)) {
+        let Some(acyclic) = &mut self.acyclic else { return };
+        while let Some(event) = acyclic.services.poll_event() {
+            news(StationEvent::Acyclic(event));
+        }
     }
 
     /// When a connection ends.

@@ -190,7 +190,7 @@ fn revision(text: &str) -> Option<Revision> {
 }
 
 /// Octets in hexadecimal, with or without blanks.
-pub(crate) fn octets(text: &str) -> Option<Vec<u8>> {
+fn octets(text: &str) -> Option<Vec<u8>> {
     let digits: Vec<_> = text.chars().filter(|letter| !letter.is_whitespace()).collect();
     let (pairs, []) = digits.as_chunks::<2>() else { return None };
     let octet = |[high, low]: &[char; 2]| Some(high.to_digit(16)? << 4 | low.to_digit(16)?);

@@ -201,12 +201,11 @@ pub(super) fn gsd_station(spec: &Spec) -> Result<Prepared, Wrong> {
     let (given, folder) = &spec.choices.inputs;
     let inputs = inputs::inputs("input", given, folder, &station)?;
     let timed = timed::rows("diagnosis", &spec.choices.diagnoses, &station)?;
-    let records = match spec.choices.file("records") {
-        Some(file) => records_of_file(file).map_err(|words| Wrong::at("records", words))?,
-        None => StationRecords::default(),
-    };
     let (address, gsd) = (spec.address(), station.gsd());
-    if spec.choices.file("records").is_some() && !(gsd.flags.dpv1 && (gsd.acyclic.c1 || gsd.acyclic.c2)) {
+    let records = spec.choices.file("records");
+    let records = records.map(|file| records_of_file(file).map_err(|words| Wrong::at("records", words)));
+    let records = records.transpose()?;
+    if records.is_some() && !(gsd.flags.dpv1 && (gsd.acyclic.c1 || gsd.acyclic.c2)) {
         let words = "its GSD has no services of DP-V1 (DPV1_Slave with C1_Read_Write_supp or C2_Read_Write_supp), so nobody can read records; leave records out";
         return Err(Wrong::at("records", words));
     }
@@ -217,12 +216,12 @@ pub(super) fn gsd_station(spec: &Spec) -> Result<Prepared, Wrong> {
             return Err(MakeError::Refused("its file is missing".to_owned()));
         };
         let gsd = station.gsd();
-        if gsd.flags.needs_dpv1_services {
-            tracing::warn!("station {address}: its GSD requires a mode that is not emulated");
+        if let Some(keyword) = &gsd.requires {
+            tracing::warn!("station {address}: its GSD has {keyword}, which is not emulated");
         }
         let mut hosted = GsdStation::new(address, ground.rate, station, ground.refusals.clone())
             .on_board(ground.board.clone())
-            .with_records(records)
+            .with_records(records.unwrap_or_default())
             .with_timed(ground.now, timed);
         for input in parts.inputs {
             hosted.connect_input(input);

@@ -9,6 +9,7 @@ use crate::judge::findings::Weight;
 use crate::judge::rows::Row;
 use crate::judge::setup::Slave;
 use crate::profibus::dp;
+use crate::profibus::dp::dpv1_status::Status1;
 use crate::profibus::dp::set_prm::FIXED_LEN;
 
 const LOCK_REQ: u8 = 0x80;
@@ -17,8 +18,6 @@ pub(super) const SYNC_REQ: u8 = 0x20;
 pub(super) const FREEZE_REQ: u8 = 0x10;
 const WD_ON: u8 = 0x08;
 const RESERVED: u8 = 0x07;
-/// DPV1_Status_1: the watchdog counts milliseconds.
-const WD_BASE_1MS: u8 = 0x04;
 /// The shortest min T_SDR.
 const LEAST_TSDR: u8 = 11;
 /// The longest configuration.
@@ -148,7 +147,7 @@ impl Observer {
             return;
         };
         let dpv1 = slave.gsd.as_ref().is_some_and(|gsd| gsd.flags.dpv1);
-        let short_base = dpv1 && user.first().is_some_and(|octet| octet & WD_BASE_1MS != 0);
+        let short_base = dpv1 && user.first().is_some_and(|octet| Status1::WdBase1ms.is_set(*octet));
         let base = if short_base { Duration::from_millis(1) } else { Duration::from_millis(10) };
         let set = base * (u32::from(factors.0) * u32::from(factors.1));
         if status & WD_ON == 0 {

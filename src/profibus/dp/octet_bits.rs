@@ -56,4 +56,4 @@ macro_rules! octet_bits {
     };
 }
 
-pub(crate) use octet_bits;
+pub(super) use octet_bits;

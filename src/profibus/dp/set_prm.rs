@@ -10,7 +10,7 @@
 //! octet 8.. User_Prm_Data, up to 237 octets
 //!
 //! With Description::dpv1_status octets 8 to 10 come first:
-//! octet 8   DPV1_Status_1: b7 DPV1_Enable  b6 Fail_Safe  b5 Publisher_Enable  b2 WD_Base: 1 ms instead of 10 ms
+//! octet 8   DPV1_Status_1, see dpv1_status
 //! octet 9   DPV1_Status_2
 //! octet 10  DPV1_Status_3
 //! ```
@@ -25,6 +25,7 @@ use nom::error::Error;
 use nom::number::complete::{be_u8, be_u16};
 use thiserror::Error;
 
+use super::dpv1_status::{self, Status1};
 use super::octet_bits::octet_bits;
 use super::policy::{NotSupported, Policy, ShortMinTsdr, WatchdogFactorZero};
 use super::{Application, Description, Refusal};
@@ -34,11 +35,6 @@ pub(crate) const FIXED_LEN: usize = 7;
 
 /// The most octets of a request.
 pub(crate) const MAX_LEN: usize = 244;
-
-/// Octets of DPV1_Status_1 to 3.
-const DPV1_LEN: usize = 3;
-const FAIL_SAFE: u8 = 0x40;
-const WD_BASE_1MS: u8 = 0x04;
 
 /// What the watchdog factors count.
 const WD_BASE: Duration = Duration::from_millis(10);
@@ -109,7 +105,7 @@ impl<'a> SetPrm<'a> {
 
     /// The watchdog time of a slave with DPV1_Status octets, the first of which chooses the base.
     pub(crate) fn dpv1_watchdog(self) -> Option<Duration> {
-        let short = self.user_prm.first().is_some_and(|status| status & WD_BASE_1MS != 0);
+        let short = self.user_prm.first().is_some_and(|status| Status1::WdBase1ms.is_set(*status));
         self.watchdog_of(if short { Duration::from_millis(1) } else { WD_BASE })
     }
 
@@ -183,7 +179,7 @@ impl<'a> SetPrm<'a> {
     }
 
     fn check_user_prm(self, description: &Description) -> Result<(), PrmFault> {
-        let dpv1_len = if description.dpv1_status.is_some() { DPV1_LEN } else { 0 };
+        let dpv1_len = if description.dpv1_status.is_some() { dpv1_status::LEN } else { 0 };
         let least = dpv1_len + usize::from(description.user_prm_len);
         let most = least.max(dpv1_len + usize::from(description.max_user_prm_len));
         let len = self.user_prm.len();
@@ -200,7 +196,7 @@ impl<'a> SetPrm<'a> {
                 return Err(PrmFault::Dpv1Status { octet, supported: *supported, got: *got });
             }
         }
-        let fail_safe = status.first().map(|status| status & FAIL_SAFE != 0);
+        let fail_safe = status.first().map(|status| Status1::FailSafe.is_set(*status));
         let wrong = |got: &bool| *got != description.fail_safe && (*got || !description.fail_safe_optional);
         if let Some(got) = fail_safe.filter(wrong) {
             return Err(PrmFault::FailSafe { expected: description.fail_safe, got });

@@ -6,11 +6,11 @@ use super::alarm::MAX_BLOCK_DATA;
 use super::job::{Bench, Server};
 use super::ms2::ResourceManager;
 use super::queue::Queue;
-use super::status::{self, Status1};
 use super::{
-    Alarm, AlarmHead, AlarmType, Channel, Event, Link, MAX_DATA, NotRaised, Offer, Records, Specifier,
-    StatusType, TypedBlock,
+    ALARM_SAP, Alarm, AlarmHead, AlarmType, Channel, Event, Link, MAX_DATA, MS1_SAP, NotRaised, Offer,
+    RESOURCE_MANAGER_SAP, Records, Specifier, StatusType, TypedBlock,
 };
+use crate::profibus::dp::dpv1_status::{self, Status1};
 use crate::profibus::dp::station::Beside;
 use crate::profibus::dp::{self, Application, ExtDiag, Service, Slave, State, Station};
 use crate::profibus::fdl::{Reply, Request, Telegram};
@@ -18,11 +18,6 @@ use crate::time::Instant;
 
 /// How many news wait to be taken; of more the oldest are lost.
 const MAX_NEWS: usize = 8;
-
-/// The SAPs that any slave of DP-V1 has.
-const MS1_SAP: u8 = 51;
-const ALARM_SAP: u8 = 50;
-const RESOURCE_MANAGER_SAP: u8 = 49;
 
 /// The octets of a block before its data: header, type, slot, specifier.
 const BLOCK_HEAD: usize = 4;
@@ -162,7 +157,7 @@ impl<const CONNECTIONS: usize, const ALARMS: usize> Acyclic<CONNECTIONS, ALARMS>
         now: Instant,
     ) -> Option<dp::Event> {
         while let Some(event) = self.connections.handle_timeout(now) {
-            self.tell(event);
+            keep(&mut self.news, Some(event));
         }
         let event = station.handle_timeout(now);
         self.follow(station);
@@ -202,7 +197,7 @@ impl<const CONNECTIONS: usize, const ALARMS: usize> Acyclic<CONNECTIONS, ALARMS>
             return Err(NotRaised::NoExchange);
         }
         fits(station.slave(), data)?;
-        let status = status::octets(station.slave().user_prm());
+        let status = dpv1_status::octets(station.slave().user_prm());
         let alarm = (kind, slot, specifier, additional_ack);
         let head = self.alarms.raise(&self.offer.alarms, status, alarm, data)?;
         self.put_in_front(station);
@@ -266,7 +261,7 @@ impl<const CONNECTIONS: usize, const ALARMS: usize> Acyclic<CONNECTIONS, ALARMS>
                 Front::Nothing => return,
                 Front::Alarm(_) => {
                     if let (Some(alarm), Some(master)) = (self.alarms.deliver(), station.slave().owner()) {
-                        self.tell(Event::AlarmDelivered { master, alarm });
+                        keep(&mut self.news, Some(Event::AlarmDelivered { master, alarm }));
                     }
                 }
                 Front::Message => {
@@ -301,13 +296,6 @@ impl<const CONNECTIONS: usize, const ALARMS: usize> Acyclic<CONNECTIONS, ALARMS>
             (Front::Alarm(_), None) | (Front::Nothing, _) => (None, false),
         };
         block.and_then(|block| self.diagnosis.behind(block, fault).ok()).unwrap_or(self.diagnosis)
-    }
-
-    fn tell(&mut self, event: Event) {
-        if self.news.is_full() {
-            self.news.pop_front();
-        }
-        let _there_is_room = self.news.push_back(event);
     }
 
     fn serve<A: Application, R: Records>(
@@ -369,7 +357,7 @@ fn keep(news: &mut Deque<Event, MAX_NEWS>, event: Option<Event>) {
 
 /// Set_Prm enabled DP-V1.
 fn is_enabled<A: Application>(slave: &Slave<A>) -> bool {
-    let [one, ..] = status::octets(slave.user_prm());
+    let [one, ..] = dpv1_status::octets(slave.user_prm());
     Status1::Enable.is_set(one)
 }
 

@@ -9,7 +9,7 @@
 
 use core::fmt;
 
-use super::status::Status2;
+use crate::profibus::dp::dpv1_status::Status2;
 
 /// What kind of alarm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

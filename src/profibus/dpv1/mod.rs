@@ -26,7 +26,6 @@ mod offer;
 pub mod pdu;
 mod queue;
 mod records;
-pub mod status;
 
 pub use acyclic::Acyclic;
 pub use alarm::{AlarmHead, AlarmType, Specifier, StatusType, TypedBlock};
@@ -45,6 +44,15 @@ pub const MAX_DATA: u8 = 240;
 
 /// The most octets of a PDU.
 pub const MAX_PDU: usize = MAX_DATA as usize + 4;
+
+/// Where the owner reads and writes records.
+pub(crate) const MS1_SAP: u8 = 51;
+
+/// Where the owner may acknowledge alarms.
+pub(crate) const ALARM_SAP: u8 = 50;
+
+/// Where connections are asked for; theirs lie below it.
+pub(crate) const RESOURCE_MANAGER_SAP: u8 = 49;
 
 /// The record of identification and maintenance.
 pub const CALL_INDEX: u8 = 255;

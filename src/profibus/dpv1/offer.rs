@@ -1,7 +1,7 @@
 //! What a slave offers of DP-V1: for a station from a GSD, what its keywords promise.
 
-use super::status::Status2;
 use super::{AlarmType, MAX_DATA};
+use crate::profibus::dp::dpv1_status::Status2;
 
 /// What a slave offers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -8,8 +8,8 @@ use heapless::Vec;
 use thiserror::Error;
 
 use super::alarm::MAX_BLOCK_DATA;
-use super::status::{Status1, alarm_limit};
 use super::{AlarmHead, AlarmOffer, AlarmType, Specifier, TypedBlock};
+use crate::profibus::dp::dpv1_status::{Status1, Status2, alarm_limit};
 
 /// An alarm that is not acknowledged yet.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -42,7 +42,7 @@ pub enum NotRaised {
     #[error("the master did not enable DP-V1: DPV1_Enable in octet 8 of Set_Prm is 0")]
     NotEnabled,
     /// Set_Prm did not enable the type.
-    #[error("the master did not enable this alarm: {} in octet 9 of Set_Prm is 0", .0.enabled_by().map_or("its bit", super::status::Status2::name))]
+    #[error("the master did not enable this alarm: {} in octet 9 of Set_Prm is 0", .0.enabled_by().map_or("its bit", Status2::name))]
     TypeNotEnabled(AlarmType),
     /// The slave has no alarms of the type.
     #[error("the slave has no {0}: its GSD says so")]

@@ -2,7 +2,7 @@
 //!
 //! Source: `dp-v1.md` 5.
 
-use crate::profibus::dp::octet_bits;
+use super::octet_bits::octet_bits;
 
 octet_bits! {
     /// A bit of DPV1_Status_1, octet 8 of Set_Prm.
@@ -55,12 +55,12 @@ pub const fn alarm_limit(status_3: u8) -> Option<u8> {
     }
 }
 
-/// The three octets at the front of the user parameters; zeros where they are missing.
-pub(super) const fn octets(user_prm: &[u8]) -> [u8; 3] {
-    match user_prm {
-        [one, two, three, ..] => [*one, *two, *three],
-        _ => [0; 3],
-    }
+/// How many octets they are.
+pub const LEN: usize = 3;
+
+/// The octets at the front of the user parameters; zeros where they are missing.
+pub(crate) fn octets(user_prm: &[u8]) -> [u8; LEN] {
+    user_prm.first_chunk().copied().unwrap_or_default()
 }
 
 #[cfg(test)]
