@@ -28,33 +28,26 @@ mod settings;
 mod status;
 mod units;
 
-use core::time::Duration;
-
 use heapless::Deque;
 
 pub(crate) use fault::Fault;
 pub(crate) use settings::{Actual, Setting};
 
 use super::servo::inputs::{Axis, Inputs};
+use super::servo::pace::{Pace, STEP_SECONDS};
 use super::servo::plant::{Constants, Plant};
 use super::servo::profile::Demand;
+use super::servo::stopping::Stopping;
 use crate::can_bus::cia402::{Controlword, Mode, State};
 use crate::face::surroundings::{Input, Level};
 use crate::time::Instant;
 use cyclic::Cyclic;
-use machine::Stopping;
 use motion::Motion;
 use probe::Probes;
 use settings::Settings;
 use status::Windows;
 use units::Units;
 
-/// The time of a step.
-const STEP: Duration = Duration::from_millis(1);
-/// The same in seconds.
-const STEP_SECONDS: f64 = 0.001;
-/// A host that was away for longer has lost the motion before.
-const MOST_AT_ONCE: Duration = Duration::from_secs(10);
 /// Events that wait; the oldest make room.
 const MAX_EVENTS: usize = 16;
 
@@ -95,8 +88,7 @@ pub(crate) struct Drive {
     cyclic: Cyclic,
     windows: Windows,
     probes: Probes,
-    clock: Instant,
-    awake: bool,
+    pace: Pace,
     events: Deque<Event, MAX_EVENTS>,
 }
 
@@ -125,8 +117,7 @@ impl Drive {
             cyclic: Cyclic::default(),
             windows: Windows::default(),
             probes: Probes::default(),
-            clock: Instant::ZERO,
-            awake: false,
+            pace: Pace::resting(Instant::ZERO),
             events: Deque::new(),
         }
     }
@@ -145,7 +136,7 @@ impl Drive {
         self.units = Units::of(&self.settings);
         self.release();
         self.events.clear();
-        self.awake = true;
+        self.pace.wake();
     }
 
     /// The supply is switched off: the shaft runs out.
@@ -153,7 +144,7 @@ impl Drive {
         self.state = State::SwitchOnDisabled;
         self.release();
         self.plant.velocity = 0.0;
-        self.awake = false;
+        self.pace.rest();
     }
 
     /// Whether a master may set that.
@@ -183,7 +174,7 @@ impl Drive {
     #[expect(clippy::wildcard_enum_match_arm, reason = "the others act when they are used")]
     pub(crate) fn set(&mut self, setting: Setting, value: i64) {
         self.settings.set(setting, value);
-        self.awake = true;
+        self.pace.wake();
         match setting {
             Setting::Controlword => {
                 self.control(Controlword(u16::try_from(value).unwrap_or_default()));
@@ -213,7 +204,9 @@ impl Drive {
         let changed = self.inputs.change(name, level);
         let position = self.user_position(self.plant.position);
         let changed = changed || self.has_probe && self.probes.change(name, level, position);
-        self.awake |= changed;
+        if changed {
+            self.pace.wake();
+        }
         changed
     }
 
@@ -225,7 +218,7 @@ impl Drive {
     /// Every input is as it should be.
     pub(crate) fn make_nominal(&mut self) {
         self.inputs = Inputs { switches: self.inputs.switches, ..Inputs::NOMINAL };
-        self.awake = true;
+        self.pace.wake();
     }
 
     /// The next event.
@@ -235,25 +228,13 @@ impl Drive {
 
     /// When [`advance`](Self::advance) is due, `None` while nothing moves.
     pub(crate) fn poll_timeout(&self) -> Option<Instant> {
-        self.awake.then(|| self.clock.saturating_add(STEP))
+        self.pace.poll_timeout()
     }
 
     /// Lets time pass up to `now`.
     pub(crate) fn advance(&mut self, now: Instant) {
-        if !self.awake {
-            self.clock = self.clock.max(now);
-            return;
-        }
-        let missed = now.saturating_since(self.clock);
-        if missed > MOST_AT_ONCE {
-            self.clock = self.clock.saturating_add(missed - MOST_AT_ONCE);
-        }
-        while self.awake && self.clock.saturating_add(STEP) <= now {
-            self.clock = self.clock.saturating_add(STEP);
+        while self.pace.begin_step(now) {
             self.step();
-        }
-        if !self.awake {
-            self.clock = self.clock.max(now);
         }
     }
 
@@ -264,7 +245,9 @@ impl Drive {
         self.plant.limit = self.torque_limit();
         self.plant.advance(STEP_SECONDS, drive, &self.inputs);
         self.watch_plant();
-        self.awake = !self.rests();
+        if self.rests() {
+            self.pace.rest();
+        }
     }
 
     fn tell(&mut self, event: Event) {

@@ -4,13 +4,17 @@
 //! | file | holds |
 //! | --- | --- |
 //! | [`inputs`] | load, switches, supply |
+//! | `pace` | the steps in which a drive lives |
 //! | [`plant`] | motor and load |
 //! | `profile` | motion with limited velocity and accelerations |
 //! | `position` | set-points of the profile position mode |
 //! | `homing` | every homing method |
+//! | `stopping` | a ramp to rest, and what follows |
 
 pub(crate) mod homing;
 pub mod inputs;
+pub(crate) mod pace;
 pub mod plant;
 pub(crate) mod position;
 pub(crate) mod profile;
+pub(crate) mod stopping;

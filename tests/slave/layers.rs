@@ -26,7 +26,7 @@ const TABLE: &[(&str, &[&str])] = &[
     ("devices::ag03::unit", &["devices::ag03::drive", "devices::ag03::param", "face", "image", "time"]),
     ("devices::ap10", &["face", "time"]),
     // Motor, load and motion of any servo drive; a drive of the profile, and one that can be bought.
-    ("devices::servo", &["face"]),
+    ("devices::servo", &["can_bus::cia402", "face", "time"]),
     ("devices::cia402_drive", &["can_bus::cia402", "devices::servo", "face", "time"]),
     ("devices::asda_a2", &["can_bus::cia402", "devices::servo", "face", "time"]),
     ("devices::ppo_drive", &[]),

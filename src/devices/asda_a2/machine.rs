@@ -6,32 +6,7 @@ use super::settings::{Digit, Setting};
 use super::{Event, Level, Servo};
 use crate::can_bus::cia402::state;
 use crate::can_bus::cia402::{Command, Controlword, FaultReaction, Mode, State, Stop};
-
-/// A ramp to rest, whatever the mode wants.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Stopping {
-    /// Increments/s^2.
-    pub(super) deceleration: f64,
-    /// What is said to the state machine at its end.
-    then: Then,
-    /// How long its end still waits for the shaft, in steps.
-    patience: u16,
-}
-
-/// So many steps a servo that goes off waits for its shaft behind the ramp: a load may turn it for ever.
-const PATIENCE: u16 = 1000;
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Then {
-    /// The mode goes on.
-    GoOn,
-    /// The motor holds.
-    Hold,
-    /// The servo goes off by this transition.
-    Leave(Command),
-    /// The fault reaction is done.
-    Fault,
-}
+use crate::devices::servo::stopping::{Stopping, Then};
 
 /// Warnings whose cause is present.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -62,7 +37,7 @@ impl Servo {
     /// Takes a controlword.
     pub(crate) fn control(&mut self, word: Controlword) {
         let before = core::mem::replace(&mut self.control, word);
-        self.awake = true;
+        self.pace.wake();
         let command = word.command(before);
         if command == Command::FaultReset {
             self.reset_alarms();
@@ -109,13 +84,15 @@ impl Servo {
         let was = self.state;
         match (was, command) {
             // A servo that is enabled again on its way off stays on.
-            (State::OperationEnabled, Command::EnableOperation) => self.stay_on(),
+            (State::OperationEnabled, Command::EnableOperation) => {
+                self.stopping.take_if(|stopping| stopping.leaves());
+            }
             // Half CANopen passes these states on its way up only.
             (State::OperationEnabled, Command::Shutdown | Command::SwitchOn)
                 if self.level == Level::Half && self.control.has(Controlword::ENABLE_OPERATION) => {}
             // 6084h first, then off (CN-229).
             (State::OperationEnabled, Command::SwitchOn) => {
-                self.stop(self.ramp(Setting::Deceleration), Then::Leave(command));
+                self.stop(self.ramp(Setting::Deceleration), Then::Tell(state::Event::Command(command)));
             }
             // There is no transition 16; P3-12.Y: a fault reset ends the quick stop.
             (State::QuickStopActive, Command::EnableOperation) => {}
@@ -143,12 +120,6 @@ impl Servo {
                 | Command::QuickStop
                 | Command::FaultReset,
             ) => self.go(state::Event::Command(command)),
-        }
-    }
-
-    fn stay_on(&mut self) {
-        if let Some(Stopping { then: Then::Leave(_), .. }) = self.stopping {
-            self.stopping = None;
         }
     }
 
@@ -192,7 +163,7 @@ impl Servo {
     pub(crate) fn power_off(&mut self) {
         self.state = State::SwitchOnDisabled;
         self.switch_off();
-        self.awake = true;
+        self.pace.wake();
     }
 
     fn switch_off(&mut self) {
@@ -215,11 +186,12 @@ impl Servo {
             Some(FaultReaction(stop)) if from.is_powered() => stop,
             Some(_) | None => Stop::Coast,
         };
+        let done = Then::Tell(state::Event::FaultReactionDone);
         match stop {
             Stop::Coast => self.go(state::Event::FaultReactionDone),
-            Stop::SlowDownRamp => self.stop(self.ramp(Setting::Deceleration), Then::Fault),
+            Stop::SlowDownRamp => self.stop(self.ramp(Setting::Deceleration), done),
             Stop::QuickStopRamp | Stop::CurrentLimit | Stop::VoltageLimit => {
-                self.stop(self.ramp(Setting::QuickStopDeceleration), Then::Fault);
+                self.stop(self.ramp(Setting::QuickStopDeceleration), done);
             }
         }
     }
@@ -232,35 +204,29 @@ impl Servo {
         if self.mode == Some(Mode::ProfileTorque) && self.stopping.is_none() {
             self.demand = Demand { position: self.plant.position, velocity: self.plant.velocity };
         }
-        self.stopping = Some(Stopping { deceleration, then, patience: PATIENCE });
+        self.stopping = Some(Stopping::new(deceleration, then));
     }
 
-    /// The ramp came to rest. A servo that goes off waits for the shaft, which would coast otherwise.
+    /// The ramp came to rest.
     pub(super) fn stopped(&mut self) {
         let Some(stopping) = &mut self.stopping else { return };
-        match stopping.then {
-            Then::Leave(_) | Then::Fault if stopping.patience > 0 && !self.plant.comes_to_rest() => {
-                stopping.patience -= 1;
-            }
-            Then::GoOn => {
+        match stopping.end(&mut self.plant) {
+            None => {}
+            Some(Then::GoOn) => {
                 self.stopping = None;
                 self.rest_here();
             }
-            Then::Hold => self.motion = super::Motion::Hold,
-            Then::Leave(command) => {
+            Some(Then::Hold) => self.motion = super::Motion::Hold,
+            Some(Then::Tell(event)) => {
                 self.stopping = None;
-                self.go(state::Event::Command(command));
-            }
-            Then::Fault => {
-                self.stopping = None;
-                self.go(state::Event::FaultReactionDone);
+                self.go(event);
             }
         }
     }
 
     /// Whether a ramp has to come to rest yet.
     pub(super) fn is_stopping(&self) -> bool {
-        self.stopping.is_some_and(|stopping| stopping.then != Then::Hold || self.demand.velocity != 0.0)
+        self.stopping.is_some_and(|stopping| stopping.is_under_way(self.demand.velocity))
     }
 
     /// 6060h was written, or the drive starts.
@@ -297,7 +263,7 @@ impl Servo {
         if self.alarms.contains(&alarm) || self.alarms.push(alarm).is_err() {
             return;
         }
-        self.awake = true;
+        self.pace.wake();
         self.error_code = alarm.code();
         self.tell(Event::Raised(alarm));
         match self.effect(alarm) {

@@ -31,8 +31,6 @@ pub mod settings;
 pub mod status;
 mod stored;
 
-use core::time::Duration;
-
 use heapless::{Deque, Vec};
 
 pub use super::servo::{inputs, plant};
@@ -42,20 +40,15 @@ pub use plant::Constants;
 pub(crate) use settings::Digit;
 pub use settings::{Setting, Settings};
 
+use super::servo::pace::{Pace, STEP_SECONDS};
+use super::servo::stopping::Stopping;
 use super::servo::{homing, position, profile};
 use crate::can_bus::cia402::{Controlword, Mode, State};
 use crate::time::Instant;
-use machine::Stopping;
 use motion::Motion;
 use plant::Plant;
 use profile::Demand;
 
-/// The time of a step.
-const STEP: Duration = Duration::from_millis(1);
-/// The same in seconds.
-const STEP_SECONDS: f64 = 0.001;
-/// A host that was away for longer has lost the motion before.
-const MOST_AT_ONCE: Duration = Duration::from_secs(10);
 /// Alarms at a time; more are not taken.
 const MAX_ALARMS: usize = 8;
 /// Events that wait; the oldest make room.
@@ -166,8 +159,7 @@ pub struct Servo {
     in_window: u32,
     /// 60C1h was written since the mode was entered.
     has_point: bool,
-    clock: Instant,
-    awake: bool,
+    pace: Pace,
     events: Deque<Event, MAX_EVENTS>,
 }
 
@@ -199,8 +191,7 @@ impl Servo {
             following_error: false,
             in_window: 0,
             has_point: false,
-            clock: now,
-            awake: false,
+            pace: Pace::resting(now),
             events: Deque::new(),
         };
         servo.power_on();
@@ -233,7 +224,7 @@ impl Servo {
         self.homing_axis = None;
         self.enter_mode();
         self.tell(Event::Restarted);
-        self.awake = true;
+        self.pace.wake();
     }
 
     /// The level in force since the last start.
@@ -270,7 +261,7 @@ impl Servo {
     pub(crate) fn set(&mut self, setting: Setting, value: i64) {
         let before = self.settings.of(setting);
         self.settings.set(setting, value);
-        self.awake = true;
+        self.pace.wake();
         if setting == Setting::Mode {
             self.enter_mode();
         }
@@ -300,7 +291,7 @@ impl Servo {
     /// Changes what surrounds the drive. A torque that is no number is no load.
     pub(crate) fn set_inputs(&mut self, inputs: Inputs) {
         self.inputs = inputs.finite();
-        self.awake = true;
+        self.pace.wake();
     }
 
     /// The next event.
@@ -310,25 +301,13 @@ impl Servo {
 
     /// When [`advance`](Self::advance) is due, `None` while nothing moves.
     pub(crate) fn poll_timeout(&self) -> Option<Instant> {
-        self.awake.then(|| self.clock.saturating_add(STEP))
+        self.pace.poll_timeout()
     }
 
     /// Lets time pass up to `now`.
     pub(crate) fn advance(&mut self, now: Instant) {
-        let missed = now.saturating_since(self.clock);
-        if !self.awake {
-            self.clock = self.clock.max(now);
-            return;
-        }
-        if missed > MOST_AT_ONCE {
-            self.clock = self.clock.saturating_add(missed - MOST_AT_ONCE);
-        }
-        while self.awake && self.clock.saturating_add(STEP) <= now {
-            self.clock = self.clock.saturating_add(STEP);
+        while self.pace.begin_step(now) {
             self.step();
-        }
-        if !self.awake {
-            self.clock = self.clock.max(now);
         }
     }
 
@@ -337,7 +316,9 @@ impl Servo {
         let drive = self.demand_of_step();
         self.plant.advance(STEP_SECONDS, drive, &self.inputs);
         self.watch_plant();
-        self.awake = !self.rests();
+        if self.rests() {
+            self.pace.rest();
+        }
     }
 
     fn tell(&mut self, event: Event) {

@@ -3,15 +3,16 @@
 use core::time::Duration;
 
 use super::alarm::Alarm;
-use super::homing::{Homing, Method, Progress, Speeds};
+use super::homing::{Homing, HomingState, Method, Progress, Speeds};
 use super::inputs::{Axis, Closed, Switches};
 use super::interpolation::{Interpolation, Point};
-use super::plant::{Drive, Gains, INCREMENTS_PER_REVOLUTION, VELOCITY_GAIN, approach};
+use super::plant::{Drive, Gains, approach, rpm};
 use super::position::{From, Here, SetPoint, SetPoints};
 use super::profile::{Demand, Ramp, acceleration};
 use super::settings::{Digit, Setting};
-use super::{Level, STEP_SECONDS, Servo};
+use super::{Level, Servo};
 use crate::can_bus::cia402::{Controlword, Mode};
+use crate::devices::servo::pace::STEP_SECONDS;
 use crate::time::Instant;
 
 /// The motion of the mode in force.
@@ -25,19 +26,6 @@ pub(super) enum Motion {
     Homing(HomingState),
     Interpolation(Interpolation),
 }
-
-/// Where homing stands.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum HomingState {
-    /// Not started since the mode was entered.
-    Ready,
-    Running(Homing),
-    Attained,
-    Failed,
-}
-
-/// The way that a velocity may lose and still catch up, increments: that of 100 rpm at the gain of the position loop.
-const MOST_LOST: f64 = 100.0 / 60.0 * INCREMENTS_PER_REVOLUTION / VELOCITY_GAIN;
 
 /// Periods of 1006h for interpolation (CN-235), us.
 const CYCLE_MICROS: core::ops::RangeInclusive<i64> = 1000..=20_000;
@@ -155,13 +143,7 @@ impl Servo {
     }
 
     pub(super) fn switches_closed(&self) -> Closed {
-        let by_position = match (self.inputs.switches, self.homing_axis) {
-            (Switches::Fixed(axis), _) | (Switches::WhileHoming, Some(axis)) => {
-                axis.closed(self.plant.position)
-            }
-            (Switches::WhileHoming, None) => Closed::default(),
-        };
-        by_position.or(self.inputs.pressed)
+        self.inputs.closed(self.plant.position, self.homing_axis)
     }
 
     /// SYNC: the position of 60C1h is the next one.
@@ -197,7 +179,7 @@ impl Servo {
             return;
         }
         self.motion = Motion::Interpolation(next);
-        self.awake = true;
+        self.pace.wake();
     }
 
     fn is_early(&self, now: Instant, due: Instant) -> bool {
@@ -230,7 +212,7 @@ impl Servo {
             return if brake { Drive::Brake } else { Drive::Free };
         }
         if self.motion == Motion::Velocity {
-            self.forget_lost_way();
+            self.demand.forget_lost_way(self.plant.position);
         }
         let from = self.demand.position;
         if let Some(stopping) = self.stopping {
@@ -272,12 +254,6 @@ impl Servo {
         self.follow(from)
     }
 
-    /// A velocity is no way to go: what the shaft lost while it could not follow is not caught up.
-    fn forget_lost_way(&mut self) {
-        let lost = self.demand.position - self.plant.position;
-        self.demand.position = self.plant.position + lost.clamp(-MOST_LOST, MOST_LOST);
-    }
-
     fn follow(&self, from: f64) -> Drive {
         let gains = match self.mode {
             Some(Mode::ProfileVelocity) => Gains::OF_VELOCITY,
@@ -296,29 +272,11 @@ impl Servo {
     fn step_velocity(&mut self) {
         let top = self.top_speed();
         let target = (rpm(0.1) * self.settings.of(Setting::TargetVelocity) as f64).clamp(-top, top);
-        let (acceleration, deceleration) = self.accelerations();
-        let ramp = Ramp { velocity: target.abs(), acceleration, deceleration };
         let before = self.demand;
-        let (reverse, forward) = self.soft_limits();
-        let limit = if target > 0.0 { forward } else { reverse };
-        if target == 0.0 || limit.is_infinite() || before.velocity * target < 0.0 {
-            self.demand.step_velocity(target, acceleration, deceleration, STEP_SECONDS);
-            self.at_soft_limit(0);
-        } else {
-            // Beyond the limit there is no way back to it: the shaft stays.
-            let beyond = (self.demand.position - limit) * target > 0.0;
-            let arrived = beyond || self.demand.step_to(limit, ramp, STEP_SECONDS);
-            self.at_soft_limit(if !arrived {
-                0
-            } else if target > 0.0 {
-                1
-            } else {
-                -1
-            });
-            if beyond {
-                self.brake(deceleration);
-            }
-        }
+        let (limits, ramps) = (self.soft_limits(), self.accelerations());
+        let side = if target > 0.0 { 1 } else { -1 };
+        let held = self.demand.step_velocity_within(limits, target, ramps, STEP_SECONDS);
+        self.at_soft_limit(if held { side } else { 0 });
         self.keep_off_switches(before);
     }
 
@@ -358,8 +316,8 @@ impl Servo {
     }
 
     fn step_interpolation(&mut self, interpolation: Interpolation) {
-        let Some(demand) = interpolation.demand(self.clock) else { return };
-        if interpolation.fails_at().is_some_and(|fails| self.clock >= fails) {
+        let Some(demand) = interpolation.demand(self.pace.now()) else { return };
+        if interpolation.fails_at().is_some_and(|fails| self.pace.now() >= fails) {
             self.motion = Motion::Interpolation(Interpolation::Waiting);
             self.raise(Alarm::SyncTimeout);
             return;
@@ -410,9 +368,4 @@ impl Servo {
         let idle = done && !velocity && near && self.demand.velocity == 0.0 && !self.is_stopping();
         self.plant.rests() && (!self.is_on() || idle) && self.window_is_settled()
     }
-}
-
-/// Increments/s of so many revolutions per minute.
-pub(super) fn rpm(speed: f64) -> f64 {
-    speed * INCREMENTS_PER_REVOLUTION / 60.0
 }

@@ -3,9 +3,10 @@
 use core::fmt;
 
 use super::Servo;
+use super::homing::HomingState;
 use super::interpolation::Interpolation;
-use super::motion::{HomingState, Motion, rpm};
-use super::plant::Motor;
+use super::motion::Motion;
+use super::plant::{Motor, rpm};
 use super::settings::Setting;
 use crate::can_bus::cia402::{Controlword, Mode, State, Statusword};
 
@@ -41,7 +42,7 @@ impl Servo {
     fn sync_in_time(&self) -> bool {
         match &self.motion {
             Motion::Interpolation(interpolation) => {
-                interpolation.expected_at().is_some_and(|due| self.clock <= due)
+                interpolation.expected_at().is_some_and(|due| self.pace.now() <= due)
             }
             Motion::Hold | Motion::Position(_) | Motion::Velocity | Motion::Torque | Motion::Homing(_) => {
                 false

@@ -2,41 +2,17 @@
 
 use super::motion::Motion;
 use super::settings::Setting;
-use super::units::rpm;
 use super::{Drive, Event, Fault};
 use crate::can_bus::cia402::state;
 use crate::can_bus::cia402::{
     Command, Controlword, Disabling, FaultReaction, Halt, Mode, QuickStop, State, Stop,
 };
-use crate::devices::servo::plant::INCREMENTS_PER_REVOLUTION;
+use crate::devices::servo::plant::{INCREMENTS_PER_REVOLUTION, rpm};
 use crate::devices::servo::profile::Demand;
-
-/// A ramp to rest, whatever the mode wants.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Stopping {
-    /// Increments/s^2.
-    pub(super) deceleration: f64,
-    /// What is said to the state machine at its end.
-    then: Then,
-    /// How long its end still waits for the shaft, in steps.
-    patience: u16,
-}
-
-/// So many steps a drive that goes off waits for its shaft behind the ramp: a load may turn it for ever.
-const PATIENCE: u16 = 1000;
+use crate::devices::servo::stopping::{Stopping, Then};
 
 /// The deceleration at the limit of the current: peak torque over inertia.
 const STEEPEST: f64 = 6000.0 * INCREMENTS_PER_REVOLUTION;
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Then {
-    /// The mode goes on.
-    GoOn,
-    /// The motor holds.
-    Hold,
-    /// The machine goes on by this event.
-    Tell(state::Event),
-}
 
 /// 6007h.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,9 +66,7 @@ impl Drive {
         match (self.state, command) {
             // A drive that is enabled again on its way off stays on.
             (State::OperationEnabled, Command::EnableOperation) => {
-                if let Some(Stopping { then: Then::Tell(state::Event::Command(_)), .. }) = self.stopping {
-                    self.stopping = None;
-                }
+                self.stopping.take_if(|stopping| stopping.leaves());
             }
             (State::OperationEnabled, Command::SwitchOn) => self.disable(Setting::DisableOption, command),
             (State::OperationEnabled, Command::Shutdown) => self.disable(Setting::ShutdownOption, command),
@@ -234,24 +208,22 @@ impl Drive {
                     self.demand = Demand { position: self.plant.position, velocity: self.plant.velocity };
                 }
                 let deceleration = self.deceleration(stop);
-                self.stopping = Some(Stopping { deceleration, then, patience: PATIENCE });
+                self.stopping = Some(Stopping::new(deceleration, then));
             }
         }
     }
 
-    /// The ramp came to rest. A drive that goes off waits for the shaft, which would coast otherwise.
+    /// The ramp came to rest.
     pub(super) fn stopped(&mut self) {
         let Some(stopping) = &mut self.stopping else { return };
-        match stopping.then {
-            Then::Tell(_) if stopping.patience > 0 && !self.plant.comes_to_rest() => {
-                stopping.patience -= 1;
-            }
-            Then::GoOn => {
+        match stopping.end(&mut self.plant) {
+            None => {}
+            Some(Then::GoOn) => {
                 self.stopping = None;
                 self.rest_here();
             }
-            Then::Hold => self.motion = Motion::Hold,
-            Then::Tell(event) => {
+            Some(Then::Hold) => self.motion = Motion::Hold,
+            Some(Then::Tell(event)) => {
                 self.stopping = None;
                 self.go(event);
             }
@@ -260,7 +232,7 @@ impl Drive {
 
     /// Whether a ramp has to come to rest yet.
     pub(super) fn is_stopping(&self) -> bool {
-        self.stopping.is_some_and(|stopping| stopping.then != Then::Hold || self.demand.velocity != 0.0)
+        self.stopping.is_some_and(|stopping| stopping.is_under_way(self.demand.velocity))
     }
 
     /// 6060h was written, or the drive starts.
@@ -292,7 +264,7 @@ impl Drive {
         if self.fault.is_some() {
             return;
         }
-        self.awake = true;
+        self.pace.wake();
         self.fault = Some(fault);
         self.tell(Event::Raised(fault));
         self.go(state::Event::Fault);
@@ -314,7 +286,7 @@ impl Drive {
             3 => AbortConnection::QuickStop,
             _ => AbortConnection::Nothing,
         };
-        self.awake = true;
+        self.pace.wake();
         match reaction {
             AbortConnection::Nothing => {}
             AbortConnection::Fault => self.raise(Fault::CONNECTION),

@@ -1,12 +1,12 @@
 //! What each mode demands of the plant in a step.
 
+use super::Drive;
 use super::settings::{OFF, Setting};
-use super::units::rpm;
-use super::{Drive, STEP_SECONDS};
 use crate::can_bus::cia402::{Controlword, Mode, Stop};
-use crate::devices::servo::homing::{Homing, Method, Progress, Speeds};
+use crate::devices::servo::homing::{Homing, HomingState, Method, Progress, Speeds};
 use crate::devices::servo::inputs::{Axis, Closed, Switches};
-use crate::devices::servo::plant::{self, Gains, INCREMENTS_PER_REVOLUTION, Motor, VELOCITY_GAIN, approach};
+use crate::devices::servo::pace::STEP_SECONDS;
+use crate::devices::servo::plant::{self, Gains, INCREMENTS_PER_REVOLUTION, Motor, approach, rpm};
 use crate::devices::servo::position::{From, Here, SetPoint, SetPoints};
 use crate::devices::servo::profile::{Demand, Ramp};
 use crate::time::Instant;
@@ -34,23 +34,10 @@ pub(super) enum Motion {
     CyclicTorque,
 }
 
-/// Where homing stands.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum HomingState {
-    /// Not started since the mode was entered.
-    Ready,
-    Running(Homing),
-    Attained,
-    Failed,
-}
-
 /// Turns/s and turns/s^2 where the objects say 0.
 const VELOCITY: f64 = 10.0 * INCREMENTS_PER_REVOLUTION;
 const ACCELERATION: f64 = 100.0 * INCREMENTS_PER_REVOLUTION;
 const HOMING: f64 = 2.0 * INCREMENTS_PER_REVOLUTION;
-
-/// The way that a velocity may lose and still catch up: that of 100 rpm at the gain of the loop.
-const MOST_LOST: f64 = rpm(100.0) / VELOCITY_GAIN;
 
 /// Bits 4 to 6 of the controlword in vl: all of them, and the ramp follows 6042h.
 const RAMP: Controlword = Controlword::NEW_SET_POINT;
@@ -166,13 +153,7 @@ impl Drive {
     }
 
     pub(super) fn switches_closed(&self) -> Closed {
-        let by_position = match (self.inputs.switches, self.homing_axis) {
-            (Switches::Fixed(axis), _) | (Switches::WhileHoming, Some(axis)) => {
-                axis.closed(self.plant.position)
-            }
-            (Switches::WhileHoming, None) => Closed::default(),
-        };
-        by_position.or(self.inputs.pressed)
+        self.inputs.closed(self.plant.position, self.homing_axis)
     }
 
     /// SYNC: the position of csp and ip is the next one.
@@ -183,8 +164,8 @@ impl Drive {
 
     /// A position of csp or ip was written.
     pub(super) fn cyclic_written(&mut self) {
-        if self.cyclic.is_without_sync(self.clock) {
-            self.next_point(self.clock);
+        if self.cyclic.is_without_sync(self.pace.now()) {
+            self.next_point(self.pace.now());
         }
     }
 
@@ -194,7 +175,7 @@ impl Drive {
         let (low, high) = self.soft_limits();
         if enabled && self.stopping.is_none() {
             self.cyclic.point(now, self.demand, target.clamp(low, high), &self.settings);
-            self.awake = true;
+            self.pace.wake();
         }
     }
 
@@ -219,7 +200,7 @@ impl Drive {
             return plant::Drive::Free;
         }
         if matches!(self.motion, Motion::Velocity | Motion::Vl | Motion::CyclicVelocity) {
-            self.forget_lost_way();
+            self.demand.forget_lost_way(self.plant.position);
         }
         let from = self.demand.position;
         if let Some(stopping) = self.stopping {
@@ -266,19 +247,13 @@ impl Drive {
                 self.cyclic.begin_anew();
             }
             Motion::Cyclic => {
-                if let Some(demand) = self.cyclic.demand(self.clock) {
+                if let Some(demand) = self.cyclic.demand(self.pace.now()) {
                     self.demand = demand;
                 }
             }
         }
         self.keep_off_switches(before);
         self.follow(from)
-    }
-
-    /// A velocity is no way to go: what the shaft lost while it could not follow is not caught up.
-    fn forget_lost_way(&mut self) {
-        let lost = self.demand.position - self.plant.position;
-        self.demand.position = self.plant.position + lost.clamp(-MOST_LOST, MOST_LOST);
     }
 
     fn follow(&self, from: f64) -> plant::Drive {
@@ -291,10 +266,7 @@ impl Drive {
 
     /// 60FFh, with 60B1h in csv; increments/s.
     pub(super) fn velocity_target(&self) -> f64 {
-        let offset = match self.mode {
-            Some(Mode::CyclicVelocity) => self.settings.of(Setting::VelocityOffset),
-            _ => 0,
-        };
+        let offset = self.offset(Mode::CyclicVelocity, Setting::VelocityOffset);
         (self.settings.of(Setting::TargetVelocity) + offset) as f64 * self.units.velocity
     }
 
@@ -321,21 +293,8 @@ impl Drive {
 
     /// Towards a velocity, at most to the limit of the position.
     fn step_velocity(&mut self, target: f64, acceleration: f64, deceleration: f64) {
-        let before = self.demand;
-        let (low, high) = self.soft_limits();
-        let limit = if target > 0.0 { high } else { low };
-        if target == 0.0 || limit.is_infinite() || before.velocity * target < 0.0 {
-            self.demand.step_velocity(target, acceleration, deceleration, STEP_SECONDS);
-            return;
-        }
-        let ramp = Ramp { velocity: target.abs(), acceleration, deceleration };
-        // Beyond the limit there is no way back to it: the shaft stays.
-        if (self.demand.position - limit) * target > 0.0 {
-            self.limited = true;
-            self.brake(deceleration);
-        } else {
-            self.limited = self.demand.step_to(limit, ramp, STEP_SECONDS);
-        }
+        let (limits, ramps) = (self.soft_limits(), (acceleration, deceleration));
+        self.limited = self.demand.step_velocity_within(limits, target, ramps, STEP_SECONDS);
     }
 
     /// A limit switch stops the motion towards it.
@@ -357,11 +316,13 @@ impl Drive {
 
     /// 6071h, with 60B2h in cst; in parts of the rated torque, by the direction of the user.
     pub(super) fn torque_target(&self) -> f64 {
-        let offset = match self.mode {
-            Some(Mode::CyclicTorque) => self.settings.of(Setting::TorqueOffset),
-            _ => 0,
-        };
+        let offset = self.offset(Mode::CyclicTorque, Setting::TorqueOffset);
         (self.settings.of(Setting::TargetTorque) + offset) as f64 / 1000.0
+    }
+
+    /// What is added to the target in this mode.
+    fn offset(&self, mode: Mode, offset: Setting) -> i64 {
+        if self.mode == Some(mode) { self.settings.of(offset) } else { 0 }
     }
 
     fn step_torque(&mut self, target: f64) -> plant::Drive {
@@ -459,7 +420,7 @@ impl Drive {
                 self.torque_demand == 0.0 && (self.torque_target() == 0.0 || halted)
             }
             Motion::Homing(state) => !matches!(state, HomingState::Running(_)) || halted,
-            Motion::Cyclic => self.cyclic.is_done(self.clock),
+            Motion::Cyclic => self.cyclic.is_done(self.pace.now()),
         };
         let near = (self.demand.position - self.plant.position).abs() < 0.5;
         let idle = done && near && self.demand.velocity == 0.0 && !self.is_stopping();

@@ -1,10 +1,11 @@
 //! Statusword, windows and actual values.
 
-use super::motion::{HomingState, Motion};
+use super::motion::Motion;
 use super::settings::{Actual, OFF, Setting};
-use super::units::rpm;
 use super::{Drive, Fault};
 use crate::can_bus::cia402::{Controlword, Mode, State, Statusword};
+use crate::devices::servo::homing::HomingState;
+use crate::devices::servo::plant::rpm;
 
 /// For how long values have been where they are supervised, ms.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -53,7 +54,7 @@ impl Drive {
             Motion::Homing(HomingState::Ready | HomingState::Running(_)) => Statusword::NONE,
             Motion::Cyclic => {
                 let active =
-                    self.cyclic.demand(self.clock).is_some() || self.mode == Some(Mode::CyclicPosition);
+                    self.cyclic.demand(self.pace.now()).is_some() || self.mode == Some(Mode::CyclicPosition);
                 Statusword::FOLLOWS_COMMAND.when(follows && active)
             }
             Motion::CyclicVelocity | Motion::CyclicTorque => Statusword::FOLLOWS_COMMAND.when(follows),

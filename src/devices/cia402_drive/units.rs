@@ -5,7 +5,7 @@
 //! ```
 
 use super::settings::{Setting, Settings};
-use crate::devices::servo::plant::INCREMENTS_PER_REVOLUTION;
+use crate::devices::servo::plant::{INCREMENTS_PER_REVOLUTION, rpm};
 
 /// What the units of the objects are in increments of the plant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,11 +51,6 @@ impl Units {
             encoder: INCREMENTS_PER_REVOLUTION / encoder,
         }
     }
-}
-
-/// Increments/s of so many revolutions in a minute.
-pub(super) const fn rpm(speed: f64) -> f64 {
-    speed * INCREMENTS_PER_REVOLUTION / 60.0
 }
 
 #[cfg(test)]

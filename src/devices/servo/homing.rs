@@ -26,6 +26,16 @@ enum Edge {
     Entering,
 }
 
+/// Where homing stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum HomingState {
+    /// Not started since the mode was entered.
+    Ready,
+    Running(Homing),
+    Attained,
+    Failed,
+}
+
 /// A method of 6098h.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Method {

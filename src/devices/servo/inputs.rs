@@ -125,6 +125,15 @@ impl Inputs {
         true
     }
 
+    /// What the switches say with the shaft at `position`; those of a homing are on `homing_axis`.
+    pub(crate) fn closed(&self, position: f64, homing_axis: Option<Axis>) -> Closed {
+        let by_position = match (self.switches, homing_axis) {
+            (Switches::Fixed(axis), _) | (Switches::WhileHoming, Some(axis)) => axis.closed(position),
+            (Switches::WhileHoming, None) => Closed::default(),
+        };
+        by_position.or(self.pressed)
+    }
+
     /// With no load in the place of torques that are no number.
     pub(crate) fn finite(self) -> Self {
         let finite = |torque: f64| if torque.is_finite() { torque.clamp(-1e6, 1e6) } else { 0.0 };

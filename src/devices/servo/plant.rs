@@ -182,6 +182,11 @@ impl Plant {
     }
 }
 
+/// Increments/s of so many revolutions in a minute.
+pub(crate) const fn rpm(speed: f64) -> f64 {
+    speed * INCREMENTS_PER_REVOLUTION / 60.0
+}
+
 pub(crate) fn sign(value: f64) -> f64 {
     if value > 0.0 {
         1.0

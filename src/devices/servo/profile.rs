@@ -1,6 +1,9 @@
 //! Motion with limited velocity and accelerations, step by step.
 
-use super::plant::{approach, sign};
+use super::plant::{VELOCITY_GAIN, approach, rpm, sign};
+
+/// The way that a velocity may lose and still catch up: that of 100 rpm at the gain of the position loop.
+const MOST_LOST: f64 = rpm(100.0) / VELOCITY_GAIN;
 
 /// What a motion may do; increments/s, increments/s^2, all above zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,6 +58,34 @@ impl Demand {
         self.velocity = approach(self.velocity, end, rate * time);
         self.position += self.velocity * time;
     }
+
+    /// One step towards a velocity, at most to the limit of the position in its direction. Returns whether that holds it
+    /// back.
+    pub(crate) fn step_velocity_within(
+        &mut self,
+        (low, high): (f64, f64),
+        target: f64,
+        (acceleration, deceleration): (f64, f64),
+        time: f64,
+    ) -> bool {
+        let limit = if target > 0.0 { high } else { low };
+        if target == 0.0 || limit.is_infinite() || self.velocity * target < 0.0 {
+            self.step_velocity(target, acceleration, deceleration, time);
+            return false;
+        }
+        // Beyond the limit there is no way back to it: the shaft stays.
+        if (self.position - limit) * target > 0.0 {
+            self.step_velocity(0.0, deceleration, deceleration, time);
+            return true;
+        }
+        self.step_to(limit, Ramp { velocity: target.abs(), acceleration, deceleration }, time)
+    }
+
+    /// A velocity is no way to go: what the shaft lost while it could not follow is not caught up.
+    pub(crate) fn forget_lost_way(&mut self, shaft: f64) {
+        let lost = self.position - shaft;
+        self.position = shaft + lost.clamp(-MOST_LOST, MOST_LOST);
+    }
 }
 
 /// The speed of a step of `time` after which steps, each slower by `deceleration * time`, end after `way`: the root of
@@ -66,7 +97,7 @@ fn braking_speed(way: f64, deceleration: f64, time: f64) -> f64 {
 
 /// Increments/s^2 of a ramp of so many ms from 0 to 3000 rpm; 0 is at once.
 pub(crate) fn acceleration(millis: i64) -> f64 {
-    let increments_per_second = 3000.0 / 60.0 * super::plant::INCREMENTS_PER_REVOLUTION;
+    let increments_per_second = rpm(3000.0);
     #[expect(clippy::cast_precision_loss, reason = "at most 32 bits")]
     let millis = if millis <= 0 { 1e-6 } else { millis as f64 };
     increments_per_second * 1000.0 / millis
