@@ -52,6 +52,8 @@ mod master_command;
 #[cfg(target_os = "linux")]
 mod metrics;
 #[cfg(target_os = "linux")]
+mod node_files;
+#[cfg(target_os = "linux")]
 mod node_panel;
 #[cfg(target_os = "linux")]
 mod node_switches;

@@ -77,6 +77,14 @@ mod eds_drive;
 mod eds_files;
 #[cfg(feature = "std")]
 mod eds_node;
+#[cfg(feature = "std")]
+mod eds_transfers;
+#[cfg(feature = "std")]
+#[path = "../helpers/file_drive.rs"]
+mod file_drive;
+#[cfg(feature = "std")]
+#[path = "../helpers/file_node.rs"]
+mod file_node;
 mod fuzz_corpus;
 mod generic_slave;
 mod gsd;
