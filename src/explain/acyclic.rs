@@ -2,7 +2,7 @@
 
 use super::field::{Field, Mark, hex};
 use super::service::raw_data;
-use crate::profibus::dpv1::connection::{Abort, AdditionalAddress, Initiate, InitiateResponse};
+use crate::profibus::dpv1::connection::{Abort, Initiate, InitiateResponse, Terms};
 use crate::profibus::dpv1::{
     ALARM_SAP, AlarmHead, CALL_INDEX, Failure, Function, MS1_SAP, PARAMETER_INDEX, RESOURCE_MANAGER_SAP,
     RequestPdu, ResponsePdu,
@@ -111,18 +111,14 @@ fn record(slot: u8, index: u8) -> String {
 fn initiate_words(initiate: &Initiate<'_>, fields: Fields<'_>) -> (String, Vec<Field>) {
     let time = format!("{} ms", u32::from(initiate.send_timeout) * 10);
     let fields = fields.rest_of("reserved", 3).word("Send_Timeout", &time);
-    let fields = features(fields).addresses(&initiate.source, &initiate.destination);
+    let fields = fields.terms(&initiate.terms);
     (format!("asks for a connection, Send_Timeout {time}"), fields)
 }
 
 fn accepted_words(accepted: &InitiateResponse<'_>, fields: Fields<'_>) -> (String, Vec<Field>) {
     let most = format!("records of up to {} octets", accepted.max_len);
-    let fields = features(fields.octet("Max_Len_Data_Unit", &most));
-    (format!("the connection is open: {most}"), fields.addresses(&accepted.source, &accepted.destination))
-}
-
-fn features(fields: Fields<'_>) -> Fields<'_> {
-    fields.word("Features_Supported", "").word("Profile_Features", "").word("Profile_Ident_Number", "")
+    let fields = fields.octet("Max_Len_Data_Unit", &most).terms(&accepted.terms);
+    (format!("the connection is open: {most}"), fields)
 }
 
 /// The fields of a PDU, from its front to its end.
@@ -219,13 +215,16 @@ impl<'a> Fields<'a> {
         fields.octet("Error_Code_2", "").done()
     }
 
-    fn addresses(self, source: &AdditionalAddress<'_>, destination: &AdditionalAddress<'_>) -> Vec<Field> {
-        self.octet("S_Type", "")
+    fn terms(self, terms: &Terms<'_>) -> Vec<Field> {
+        self.word("Features_Supported", "")
+            .word("Profile_Features", "")
+            .word("Profile_Ident_Number", "")
+            .octet("S_Type", "")
             .octet("S_Len", "")
             .octet("D_Type", "")
             .octet("D_Len", "")
-            .some("S_Addr", source.octets.len(), "API and SCL of who sends it".into())
-            .some("D_Addr", destination.octets.len(), "API and SCL of who gets it".into())
+            .some("S_Addr", terms.source.octets.len(), "API and SCL of who sends it".into())
+            .some("D_Addr", terms.destination.octets.len(), "API and SCL of who gets it".into())
             .done()
     }
 

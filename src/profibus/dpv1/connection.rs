@@ -18,16 +18,8 @@ use super::pdu::{PduError, put, short};
 pub struct Initiate<'a> {
     /// The master sends something at least so often, times 10 ms.
     pub send_timeout: u16,
-    /// Features_Supported: [`READ_WRITE`].
-    pub features: u16,
-    /// What the profile offers.
-    pub profile_features: u16,
-    /// The number of the profile, 0: none.
-    pub profile_ident: u16,
-    /// Who asks.
-    pub source: AdditionalAddress<'a>,
-    /// Who is asked.
-    pub destination: AdditionalAddress<'a>,
+    /// What the master wants, and of whom.
+    pub terms: Terms<'a>,
 }
 
 /// The answer of a slave that opens the connection.
@@ -35,15 +27,22 @@ pub struct Initiate<'a> {
 pub struct InitiateResponse<'a> {
     /// Max_Len_Data_Unit: the most octets of data.
     pub max_len: u8,
+    /// What the slave grants, and to whom.
+    pub terms: Terms<'a>,
+}
+
+/// What either side says of the connection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Terms<'a> {
     /// Features_Supported: [`READ_WRITE`].
     pub features: u16,
     /// What the profile offers.
     pub profile_features: u16,
-    /// The number of the profile, 0: none that the slave knows.
+    /// The number of the profile, 0: none, or none that the slave knows.
     pub profile_ident: u16,
-    /// Who answers.
+    /// Who sends this.
     pub source: AdditionalAddress<'a>,
-    /// Who asked.
+    /// Who gets it.
     pub destination: AdditionalAddress<'a>,
 }
 
@@ -59,67 +58,65 @@ pub struct AdditionalAddress<'a> {
     pub octets: &'a [u8],
 }
 
-const REQUEST_HEAD: usize = 16;
-const RESPONSE_HEAD: usize = 12;
+/// The octets before the terms.
+const REQUEST_HEAD: usize = 6;
+const RESPONSE_HEAD: usize = 2;
+/// The octets of the terms before the addresses.
+const TERMS_HEAD: usize = 10;
 
 impl<'a> Initiate<'a> {
     pub(super) fn parse(octets: &'a [u8]) -> Result<Self, PduError> {
-        let [_, _, _, _, t1, t0, f1, f0, p1, p0, i1, i0, s_type, s_len, d_type, d_len, ref rest @ ..] =
-            *octets
-        else {
-            return Err(short(Function::Initiate, REQUEST_HEAD, octets));
-        };
-        let (source, destination) = addresses(octets, (s_type, s_len), (d_type, d_len), rest, REQUEST_HEAD)?;
-        Ok(Self {
-            send_timeout: u16::from_be_bytes([t1, t0]),
-            features: u16::from_be_bytes([f1, f0]),
-            profile_features: u16::from_be_bytes([p1, p0]),
-            profile_ident: u16::from_be_bytes([i1, i0]),
-            source,
-            destination,
-        })
+        let (head, terms) = Terms::behind::<REQUEST_HEAD>(octets)?;
+        let [_, _, _, _, high, low] = *head;
+        Ok(Self { send_timeout: u16::from_be_bytes([high, low]), terms })
     }
 
     pub(super) fn encode<'b>(&self, buf: &'b mut [u8]) -> Option<&'b [u8]> {
-        put(
-            buf,
-            &[
-                &[Function::Initiate.number(), 0, 0, 0],
-                &self.send_timeout.to_be_bytes(),
-                &self.features.to_be_bytes(),
-                &self.profile_features.to_be_bytes(),
-                &self.profile_ident.to_be_bytes(),
-                &self.source.head()?,
-                &self.destination.head()?,
-                self.source.octets,
-                self.destination.octets,
-            ],
-        )
+        let [high, low] = self.send_timeout.to_be_bytes();
+        self.terms.encode(buf, &[Function::Initiate.number(), 0, 0, 0, high, low])
     }
 }
 
 impl<'a> InitiateResponse<'a> {
     pub(super) fn parse(octets: &'a [u8]) -> Result<Self, PduError> {
-        let [_, max_len, f1, f0, p1, p0, i1, i0, s_type, s_len, d_type, d_len, ref rest @ ..] = *octets
-        else {
-            return Err(short(Function::Initiate, RESPONSE_HEAD, octets));
-        };
-        let (source, destination) = addresses(octets, (s_type, s_len), (d_type, d_len), rest, RESPONSE_HEAD)?;
-        Ok(Self {
-            max_len,
-            features: u16::from_be_bytes([f1, f0]),
-            profile_features: u16::from_be_bytes([p1, p0]),
-            profile_ident: u16::from_be_bytes([i1, i0]),
-            source,
-            destination,
-        })
+        let (head, terms) = Terms::behind::<RESPONSE_HEAD>(octets)?;
+        let [_, max_len] = *head;
+        Ok(Self { max_len, terms })
     }
 
     pub(super) fn encode<'b>(&self, buf: &'b mut [u8]) -> Option<&'b [u8]> {
+        self.terms.encode(buf, &[Function::Initiate.number(), self.max_len])
+    }
+}
+
+impl<'a> Terms<'a> {
+    /// The terms and the octets before them.
+    fn behind<const HEAD: usize>(octets: &'a [u8]) -> Result<(&'a [u8; HEAD], Self), PduError> {
+        let parts = octets.split_first_chunk::<HEAD>();
+        let Some((head, &[f1, f0, p1, p0, i1, i0, s_type, s_len, d_type, d_len, ref rest @ ..])) = parts
+        else {
+            return Err(short(Function::Initiate, HEAD + TERMS_HEAD, octets));
+        };
+        let expected = HEAD + TERMS_HEAD + usize::from(s_len) + usize::from(d_len);
+        if octets.len() != expected {
+            return Err(short(Function::Initiate, expected, octets));
+        }
+        let (source, destination) = rest.split_at_checked(s_len.into()).unwrap_or((rest, &[]));
+        let terms = Self {
+            features: u16::from_be_bytes([f1, f0]),
+            profile_features: u16::from_be_bytes([p1, p0]),
+            profile_ident: u16::from_be_bytes([i1, i0]),
+            source: AdditionalAddress { kind: s_type, octets: source },
+            destination: AdditionalAddress { kind: d_type, octets: destination },
+        };
+        Ok((head, terms))
+    }
+
+    fn encode<'b>(&self, buf: &'b mut [u8], head: &[u8]) -> Option<&'b [u8]> {
         put(
             buf,
             &[
-                &[Function::Initiate.number(), self.max_len],
+                head,
                 &self.features.to_be_bytes(),
                 &self.profile_features.to_be_bytes(),
                 &self.profile_ident.to_be_bytes(),
@@ -139,25 +136,6 @@ impl AdditionalAddress<'_> {
     fn head(&self) -> Option<[u8; 2]> {
         Some([self.kind, u8::try_from(self.octets.len()).ok()?])
     }
-}
-
-/// Both addresses, as their lengths cut them.
-fn addresses<'a>(
-    octets: &[u8],
-    (s_type, s_len): (u8, u8),
-    (d_type, d_len): (u8, u8),
-    rest: &'a [u8],
-    head: usize,
-) -> Result<(AdditionalAddress<'a>, AdditionalAddress<'a>), PduError> {
-    let expected = head + usize::from(s_len) + usize::from(d_len);
-    if octets.len() != expected {
-        return Err(short(Function::Initiate, expected, octets));
-    }
-    let (source, destination) = rest.split_at_checked(s_len.into()).unwrap_or((rest, &[]));
-    Ok((
-        AdditionalAddress { kind: s_type, octets: source },
-        AdditionalAddress { kind: d_type, octets: destination },
-    ))
 }
 
 /// Why and where a connection ends.

@@ -9,7 +9,7 @@
 use core::time::Duration;
 
 use super::connection::{Abort, AbortReason, AdditionalAddress, Instance, READ_WRITE, Subnet};
-use super::connection::{Initiate, InitiateResponse};
+use super::connection::{Initiate, InitiateResponse, Terms};
 use super::job::{Bench, Fdl, Server};
 use super::pdu::{RequestPdu, ResponsePdu};
 use super::{Channel, Closed, Event, MAX_DATA, Ms2Offer, Records};
@@ -261,7 +261,7 @@ impl Connection {
 
 /// The answer to a request for a connection.
 fn admit<'a>(offer: &Ms2Offer, initiate: &Initiate<'a>) -> Result<InitiateResponse<'a>, AbortReason> {
-    let Initiate { send_timeout, features, source, destination, .. } = *initiate;
+    let Initiate { send_timeout, terms: Terms { features, source, destination, .. } } = *initiate;
     if features & READ_WRITE == 0 {
         return Err(AbortReason::INVALID_REQUEST);
     }
@@ -274,10 +274,12 @@ fn admit<'a>(offer: &Ms2Offer, initiate: &Initiate<'a>) -> Result<InitiateRespon
     }
     Ok(InitiateResponse {
         max_len: offer.max_data.min(MAX_DATA),
-        features: READ_WRITE,
-        profile_features: 0,
-        profile_ident: 0,
-        source: destination,
-        destination: source,
+        terms: Terms {
+            features: READ_WRITE,
+            profile_features: 0,
+            profile_ident: 0,
+            source: destination,
+            destination: source,
+        },
     })
 }

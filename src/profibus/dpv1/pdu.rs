@@ -318,10 +318,16 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::profibus::dpv1::connection::{AbortReason, AdditionalAddress, Instance, Subnet};
+    use crate::profibus::dpv1::connection::{AbortReason, AdditionalAddress, Instance, Subnet, Terms};
     use crate::profibus::dpv1::{AlarmType, ErrorCode, Specifier};
 
-    const NONE: AdditionalAddress<'static> = AdditionalAddress { kind: 0, octets: &[0, 0] };
+    const TERMS: Terms<'static> = Terms {
+        features: 0x0100,
+        profile_features: 0,
+        profile_ident: 0,
+        source: AdditionalAddress { kind: 0, octets: &[0, 0] },
+        destination: AdditionalAddress { kind: 0, octets: &[0, 0] },
+    };
 
     #[test]
     fn requests_are_the_octets_of_the_reference() {
@@ -332,14 +338,7 @@ mod tests {
             additional_ack: false,
             specifier: Specifier::Appears,
         };
-        let initiate = Initiate {
-            send_timeout: 100,
-            features: 0x0100,
-            profile_features: 0,
-            profile_ident: 0,
-            source: NONE,
-            destination: NONE,
-        };
+        let initiate = Initiate { send_timeout: 100, terms: TERMS };
         let by_user = Abort { subnet: Subnet::None, instance: Instance::User, reason: AbortReason(0) };
         for (pdu, octets) in [
             (RequestPdu::Read { slot: 1, index: 10, len: 8 }, &[0x5E, 0x01, 0x0A, 0x08][..]),
@@ -363,14 +362,7 @@ mod tests {
 
     #[test]
     fn responses_are_the_octets_of_the_reference() {
-        let accepted = InitiateResponse {
-            max_len: 240,
-            features: 0x0100,
-            profile_features: 0,
-            profile_ident: 0,
-            source: NONE,
-            destination: NONE,
-        };
+        let accepted = InitiateResponse { max_len: 240, terms: TERMS };
         let time_out =
             Abort { subnet: Subnet::Local, instance: Instance::Msac2, reason: AbortReason::TIME_OUT };
         let failure = Failure::of(ErrorCode::INVALID_INDEX);
