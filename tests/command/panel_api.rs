@@ -487,10 +487,11 @@ fn the_stream_tells_states_refusals_with_reasons_and_telegrams_in_words() {
 
     // A state that does not change is sent all the same, so that the reader knows that the stream lives.
     let mut still = emulator.stream("?address=6&kinds=state");
-    let first = still.find("state", |_| true);
-    let second = still.find("state", |_| true);
-    let passed = second["time_seconds"].as_f64().unwrap() - first["time_seconds"].as_f64().unwrap();
-    assert!(passed >= 0.9, "{passed} s after nothing has happened");
+    let times: Vec<f64> =
+        (0..4).map(|_| still.find("state", |_| true)["time_seconds"].as_f64().unwrap()).collect();
+    // The mean of three: a busy machine may be late with one.
+    let passed = (times[3] - times[0]) / 3.0;
+    assert!(passed >= 0.9, "{passed} s after nothing has happened: {times:?}");
 
     for (query, sentence) in [
         ("?kinds=states", "'states' is no kind of event; expected state, news, telegram"),
