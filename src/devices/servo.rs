@@ -8,6 +8,7 @@
 //! | [`plant`] | motor and load |
 //! | `profile` | motion with limited velocity and accelerations |
 //! | `position` | set-points of the profile position mode |
+//! | `smooth` | the same without corners |
 //! | `homing` | every homing method |
 //! | `stopping` | a ramp to rest, and what follows |
 
@@ -17,4 +18,5 @@ pub(crate) mod pace;
 pub mod plant;
 pub(crate) mod position;
 pub(crate) mod profile;
+pub(crate) mod smooth;
 pub(crate) mod stopping;

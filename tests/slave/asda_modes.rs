@@ -66,6 +66,52 @@ fn dp_01_relative_set_points_add_up() {
     }
 }
 
+/// 6086h: the same travel and speed without corners, each ramp 50 ms longer.
+#[test]
+fn the_motion_profile_type_rounds_the_ramps() {
+    for (mode, profile, first, end) in [
+        (Mode::ProfilePosition, 0, 150, 1000),
+        (Mode::ProfilePosition, 1, 9, 1050),
+        (Mode::ProfilePosition, -1, 150, 1000),
+        (Mode::ProfileVelocity, 0, 150, 133),
+        (Mode::ProfileVelocity, 3, 9, 183),
+    ] {
+        let mut rig = Rig::full();
+        for (index, value) in [(0x6081, 10 * REV), (0x6083, 1000), (0x6084, 1000), (0x6086, profile)] {
+            rig.set(index, 0, value);
+        }
+        rig.enable(mode);
+        let context = format!("{mode:?}, 6086h = {profile}");
+        let is_position = mode == Mode::ProfilePosition;
+        if is_position {
+            travel(&mut rig, 8 * REV, 0x10);
+        } else {
+            rig.set(0x60FF, 0, 6000);
+        }
+        rig.pass(millis(5));
+        let demand = rig.signed(0x606B);
+        assert!((first / 3..=first).contains(&demand), "{context}: 0.1 rpm after 5 ms: {demand}");
+        rig.pass(millis(495));
+        assert_eq!(rig.signed(0x606B), 6000, "{context}");
+        let mut time = 500;
+        if !is_position {
+            rig.set(0x60FF, 0, 2000);
+            time = 0;
+        }
+        let rest = if is_position { 0 } else { 2000 };
+        while rig.signed(0x606B) != rest {
+            rig.pass(millis(1));
+            time += 1;
+            assert!(time < 3000, "{context}");
+        }
+        assert!((end - 15..=end + 15).contains(&time), "{context}: {time} ms");
+        if is_position {
+            rig.until(REACHED, REACHED, millis(100));
+            assert_eq!(rig.position(), 8 * REV as i32, "{context}");
+        }
+    }
+}
+
 #[test]
 fn pp_keeps_its_speed_and_its_ramps() {
     let mut rig = in_pp();

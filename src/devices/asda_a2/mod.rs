@@ -42,7 +42,7 @@ pub use settings::{Setting, Settings};
 
 use super::servo::pace::{Pace, STEP_SECONDS};
 use super::servo::stopping::Stopping;
-use super::servo::{homing, position, profile};
+use super::servo::{homing, position, profile, smooth};
 use crate::can_bus::cia402::{Controlword, Mode, State};
 use crate::time::Instant;
 use motion::Motion;
@@ -143,6 +143,8 @@ pub struct Servo {
     motion: Motion,
     stopping: Option<Stopping>,
     demand: Demand,
+    /// The linear motion behind a demand without corners.
+    smooth: Option<smooth::Smooth>,
     /// Torque demanded, in parts of the rated one.
     torque_demand: f64,
     plant: Plant,
@@ -181,6 +183,7 @@ impl Servo {
             motion: Motion::Hold,
             stopping: None,
             demand: Demand::default(),
+            smooth: None,
             torque_demand: 0.0,
             plant: Plant::new(config.constants),
             origin: 0.0,

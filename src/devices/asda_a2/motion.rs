@@ -10,6 +10,7 @@ use super::plant::{Drive, Gains, approach, rpm};
 use super::position::{From, Here, SetPoint, SetPoints};
 use super::profile::{Demand, Ramp, acceleration};
 use super::settings::{Digit, Setting};
+use super::smooth::Smooth;
 use super::{Level, Servo};
 use crate::can_bus::cia402::{Controlword, Mode};
 use crate::devices::servo::pace::STEP_SECONDS;
@@ -209,13 +210,19 @@ impl Servo {
         if !self.is_on() {
             self.demand = Demand { position: self.plant.position, velocity: 0.0 };
             let brake = self.settings.digit(Setting::StopMode, Digit::Y) == 0;
+            self.smooth = None;
             return if brake { Drive::Brake } else { Drive::Free };
         }
         if self.motion == Motion::Velocity {
+            let before = self.demand.position;
             self.demand.forget_lost_way(self.plant.position);
+            if let Some(smooth) = &mut self.smooth {
+                smooth.linear.position += self.demand.position - before;
+            }
         }
         let from = self.demand.position;
         if let Some(stopping) = self.stopping {
+            self.smooth = None;
             self.brake(stopping.deceleration);
             if self.demand.velocity == 0.0 {
                 self.stopped();
@@ -225,6 +232,28 @@ impl Servo {
             }
             return self.follow(from);
         }
+        let demand = self.demand;
+        match self.has_corners() {
+            true => self.smooth = None,
+            false => self.demand = self.smooth.get_or_insert_with(|| Smooth::of(demand)).linear,
+        }
+        if let Some(drive) = self.linear_step() {
+            return drive;
+        }
+        if let Some(smooth) = &mut self.smooth {
+            self.demand = smooth.step(demand, self.demand);
+        }
+        self.follow(from)
+    }
+
+    /// 6086h: 1 to 3 are the ramps of CiA 402 without corners (sin2, jerk-free, jerk-limited).
+    fn has_corners(&self) -> bool {
+        let linear = !matches!(self.settings.of(Setting::ProfileType), 1..=3);
+        linear || !matches!(self.motion, Motion::Position(_) | Motion::Velocity)
+    }
+
+    /// One step with linear ramps. A torque is demanded without a position.
+    fn linear_step(&mut self) -> Option<Drive> {
         let halted = self.control.has(Controlword::HALT);
         match self.motion {
             Motion::Hold => self.brake(self.accelerations().1),
@@ -244,14 +273,14 @@ impl Servo {
                 self.keep_off_switches(before);
             }
             Motion::Velocity => self.step_velocity(),
-            Motion::Torque => return self.step_torque(halted),
+            Motion::Torque => return Some(self.step_torque(halted)),
             Motion::Homing(HomingState::Running(homing)) => self.step_homing(homing),
             Motion::Homing(HomingState::Ready | HomingState::Attained | HomingState::Failed) => {
                 self.brake(acceleration(self.settings.of(Setting::HomingAcceleration)));
             }
             Motion::Interpolation(interpolation) => self.step_interpolation(interpolation),
         }
-        self.follow(from)
+        None
     }
 
     fn follow(&self, from: f64) -> Drive {

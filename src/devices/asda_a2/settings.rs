@@ -150,7 +150,7 @@ settings! {
         ];
     QuickStopDeceleration = 0, (0, U32_MAX), Stored, "6085h in ms from 3000 rpm to 0; 0 is at once.",
         [object(0x6085, 0, U32, "Quick stop deceleration")];
-    ProfileType = 0, I16_RANGE, Stored, "6086h, without effect.",
+    ProfileType = 0, I16_RANGE, Stored, "6086h: 0 linear ramps, 1 to 3 ramps without corners.",
         [object(0x6086, 0, I16, "Motion profile type")];
     TorqueSlope = 200, (0, U32_MAX), Reloaded, "6087h, P1-36 in ms from 0 to the rated torque; 0 is at once.",
         [object(0x2124, 0, I16, "P1-36 slope time in ms"), object(0x6087, 0, U32, "Torque slope")];
