@@ -214,11 +214,16 @@ impl<R> Source<R> {
         }
     }
 
-    /// The least and the greatest value that it reaches; `None` where others decide.
-    pub(crate) fn extremes(&self) -> Option<(f64, f64)> {
+    /// The least and the greatest value that it reaches; `None` where others decide. `elsewhere` says it of a value that it reads.
+    pub(crate) fn extremes(&self, elsewhere: impl Fn(&R) -> Option<(f64, f64)>) -> Option<(f64, f64)> {
         Some(match self {
             Self::Constant(value) => (*value, *value),
-            Self::Follow { .. } | Self::Lag { .. } | Self::Scale { .. } => return None,
+            Self::Follow { of, .. } | Self::Lag { of, .. } => return elsewhere(of),
+            Self::Scale { of, factor, offset } => {
+                let (low, high) = elsewhere(of)?;
+                let (one, other) = (factor * low + offset, factor * high + offset);
+                (one.min(other), one.max(other))
+            }
             Self::Count { from, to, step, .. } => {
                 let last = from + step * libm::floor((to - from) / step + 1e-9);
                 (from.min(last), from.max(last))

@@ -89,7 +89,11 @@ pub(crate) fn signal(source: Source<Given>, to: Point, station: &Station) -> Res
         to.kind.write(&mut [0; 4], 0, value).map_err(|error| Wrong::at("value", error))?;
     }
     let signal = Signal::new(source).map_err(Wrong::whole)?;
-    if let Some((low, high)) = signal.source().extremes() {
+    let ends = |origin: &Origin| match origin {
+        Origin::Output(point) | Origin::Input(point) => ends(point),
+        Origin::Elsewhere(elsewhere) => ends_elsewhere(elsewhere),
+    };
+    if let Some((low, high)) = signal.source().extremes(ends) {
         let (least, most) = to.kind.range();
         let beyond = |value: &f64| value.is_finite() && !(least..=most).contains(value);
         if let Some(got) = [low, high].into_iter().find(beyond) {
@@ -98,6 +102,19 @@ pub(crate) fn signal(source: Source<Given>, to: Point, station: &Station) -> Res
         }
     }
     Ok(signal)
+}
+
+/// What a value surely reaches: a bit both its values, of others nobody knows.
+const fn ends(point: &Point) -> Option<(f64, f64)> {
+    if let ValueType::Bit(_) = point.kind { Some(point.kind.range()) } else { None }
+}
+
+/// The same of a value of another device.
+pub(super) const fn ends_elsewhere(elsewhere: &Elsewhere) -> Option<(f64, f64)> {
+    match &elsewhere.what {
+        What::Output(point) => ends(point),
+        What::Value(_) => None,
+    }
 }
 
 /// The file that an input names.

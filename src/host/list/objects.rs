@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::choice::near;
+use super::inputs::ends_elsewhere;
 use super::signals::{BEHAVIOUR, read as read_signal, whole};
 use super::{Given, Wrong};
 use crate::can_bus::canopen::{Address, dictionary};
@@ -71,8 +72,12 @@ fn of_given(given: &Given, folder: &Path, device: &dyn CanopenDevice) -> Result<
         })
     })?;
     let signal = Signal::new(source).map_err(Wrong::whole)?;
+    let ends = |origin: &NodeOrigin| match origin {
+        NodeOrigin::Object(_) => None,
+        NodeOrigin::Elsewhere(elsewhere) => ends_elsewhere(elsewhere),
+    };
     if let (Some((low, high)), InputKind::Number { low: least, high: most, .. }) =
-        (signal.source().extremes(), input.kind)
+        (signal.source().extremes(ends), input.kind)
     {
         let beyond = |value: &f64| value.is_finite() && !(least..=most).contains(value);
         if let Some(got) = [low, high].into_iter().find(beyond) {
