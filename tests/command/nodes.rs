@@ -151,7 +151,7 @@ fn every_wrong_command_line_ends_with_2_and_one_line_that_says_what_to_do() {
     refused(&["emulate", "--link", "slcan-pty:"], "the path is missing");
     refused(
         &["emulate", "--baud", "250000"],
-        "250000 bit/s is no rate of PROFIBUS; expected auto or one of 9600",
+        "--baud 250000 is no rate of PROFIBUS; expected auto or one of 9600",
     );
     refused(
         &["emulate", "--node", "5,device=ap10", "--link", "slcan-tcp:0.0.0.0:0"],
@@ -357,7 +357,7 @@ fn the_rate_of_the_command_line_is_one_of_the_nodes_and_theirs() {
     );
     refused(
         &["emulate", "--node", "5", "--baud", "300000"],
-        "; on a CAN bus one of 10000, 15625, 20000, 25000,",
+        "expected --baud with one of 15625, 20000, 25000, 40000,",
     );
 }
 

@@ -8,7 +8,6 @@ use crate::host::can;
 use crate::host::fault::{BusKind, Rule};
 use crate::host::list::{DEVICES, Device, Group, RATES, Spec};
 use crate::profibus::fdl::Address;
-use crate::time::BaudRate;
 
 use super::link::expected_rates;
 use super::link::host_and_port;
@@ -364,13 +363,11 @@ impl Emulate {
                 ));
             }
         }
-        Ok(())
+        baud.check_can()
     }
 
     fn check_drives(&self) -> Result<(), String> {
-        if let Some(BaudSpec::Can(rate)) = self.baud {
-            return Err(format!("{rate} is no rate of PROFIBUS; {}", expected_rates(BaudRate::ALL)));
-        }
+        self.baud.map_or(Ok(()), BaudSpec::check_profibus)?;
         let is_drive = |slave: &Spec| slave.device.group() == Group::Drive;
         if let Some(rate) = self.baud.and_then(BaudSpec::fixed)
             && !RATES.contains(rate)
@@ -403,7 +400,7 @@ impl Emulate {
             (LinkSpec::Tcp(_), Some(BaudSpec::Auto)) => {
                 Err("--baud auto needs a pty link; a tcp link has no rate of its own".into())
             }
-            (LinkSpec::Tcp(_), Some(BaudSpec::Fixed(_) | BaudSpec::Can(_)) | None) => Ok(()),
+            (LinkSpec::Tcp(_), Some(BaudSpec::Fixed(_) | BaudSpec::Other(_)) | None) => Ok(()),
             (LinkSpec::Serial(_), None) => {
                 Err("a serial line needs its rate; add for example --baud 19200, or --baud auto".into())
             }

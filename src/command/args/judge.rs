@@ -336,6 +336,7 @@ impl Judge {
         if let LinkSpec::Can(_) = self.link {
             return Err("a link of a CAN bus is for CANopen; the judge plays slaves of PROFIBUS-DP".into());
         }
+        self.baud.map_or(Ok(()), BaudSpec::check_profibus)?;
         if self.line.is_none() {
             self.check_stations(self.stations.iter().map(|station| &station.slave))?;
         }

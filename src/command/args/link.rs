@@ -1,5 +1,6 @@
 //! `--link` and `--baud`: where the line is, and how fast.
 
+use core::fmt;
 use core::str::FromStr;
 use std::path::PathBuf;
 
@@ -80,8 +81,8 @@ pub(crate) enum BaudSpec {
     /// As the master sets it.
     Auto,
     Fixed(BaudRate),
-    /// One of CAN that is none of PROFIBUS.
-    Can(BitRate),
+    /// In bit/s, none of PROFIBUS: what it is on CAN the link says.
+    Other(u32),
 }
 
 /// The rates that CiA 301 recommends and those that nodes have besides, in bit/s.
@@ -95,18 +96,51 @@ impl BaudSpec {
     pub(crate) const fn fixed(self) -> Option<BaudRate> {
         match self {
             Self::Fixed(rate) => Some(rate),
-            Self::Auto | Self::Can(_) => None,
+            Self::Auto | Self::Other(_) => None,
         }
     }
 
     /// The rate of a CAN bus.
     pub(crate) fn can(self) -> Option<BitRate> {
+        let bits = match self {
+            Self::Auto => return None,
+            Self::Other(bits) => bits,
+            Self::Fixed(rate) => rate.bits_per_second(),
+        };
+        BitRate::from_bits_per_second(bits).ok().filter(|_| CAN_RATES.contains(&bits))
+    }
+
+    /// # Errors
+    /// It is no rate of PROFIBUS.
+    pub(super) fn check_profibus(self) -> Result<(), String> {
         match self {
-            Self::Auto => None,
-            Self::Can(rate) => Some(rate),
-            Self::Fixed(rate) => BitRate::from_bits_per_second(rate.bits_per_second())
-                .ok()
-                .filter(|rate| CAN_RATES.contains(&rate.bits_per_second())),
+            Self::Auto | Self::Fixed(_) => Ok(()),
+            Self::Other(bits) => {
+                Err(format!("--baud {bits} is no rate of PROFIBUS; {}", expected_rates(BaudRate::ALL)))
+            }
+        }
+    }
+
+    /// # Errors
+    /// It is no rate of CAN.
+    pub(super) fn check_can(self) -> Result<(), String> {
+        let rates = CAN_RATES.map(|rate| rate.to_string()).join(", ");
+        match self {
+            _ if self.can().is_some() => Ok(()),
+            Self::Auto => Err(format!("--baud auto is for PROFIBUS; on a CAN bus expected one of {rates}")),
+            Self::Other(_) | Self::Fixed(_) => {
+                Err(format!("--baud {self} is no rate of a CAN bus; expected one of {rates}"))
+            }
+        }
+    }
+}
+
+impl fmt::Display for BaudSpec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Auto => f.write_str("auto"),
+            Self::Fixed(rate) => rate.bits_per_second().fmt(f),
+            Self::Other(bits) => bits.fmt(f),
         }
     }
 }
@@ -118,24 +152,11 @@ impl FromStr for BaudSpec {
         if spec == "auto" {
             return Ok(Self::Auto);
         }
-        let rate = spec.parse().ok().and_then(|bits| BaudRate::from_bits_per_second(bits).ok());
-        match rate {
-            Some(rate) => Ok(Self::Fixed(rate)),
-            None => can_rate(spec).map(Self::Can).ok_or_else(|| {
-                format!(
-                    "{}; on a CAN bus one of {}",
-                    expected_rates(BaudRate::ALL),
-                    CAN_RATES.map(|rate| rate.to_string()).join(", ")
-                )
-            }),
-        }
+        let bits = spec.parse().map_err(|_| {
+            format!("'{spec}' is no rate; expected auto or bits per second, for example 500000")
+        })?;
+        Ok(BaudRate::from_bits_per_second(bits).map_or(Self::Other(bits), Self::Fixed))
     }
-}
-
-/// A rate of CAN.
-fn can_rate(spec: &str) -> Option<BitRate> {
-    let bits: u32 = spec.parse().ok().filter(|bits| CAN_RATES.contains(bits))?;
-    BitRate::from_bits_per_second(bits).ok()
 }
 
 /// The rates that may be given.
@@ -196,12 +217,21 @@ mod tests {
     fn a_rate_is_one_that_the_drives_know_or_auto() {
         assert_eq!("auto".parse(), Ok(BaudSpec::Auto));
         assert_eq!("93750".parse(), Ok(BaudSpec::Fixed(BaudRate::K93_75)));
-        assert_eq!("250000".parse(), Ok(BaudSpec::Can(BitRate::K250)));
-        assert_eq!(BaudSpec::Can(BitRate::K250).can(), Some(BitRate::K250));
+        assert_eq!("250000".parse(), Ok(BaudSpec::Other(250_000)));
+        assert_eq!(BaudSpec::Other(250_000).can(), Some(BitRate::K250));
         assert_eq!(BaudSpec::Fixed(BaudRate::K500).can(), Some(BitRate::K500), "both buses have it");
         assert_eq!(BaudSpec::Fixed(BaudRate::K93_75).can(), None);
-        for wrong in ["", "115200", "-1", "500k", "Auto"] {
-            assert!(wrong.parse::<BaudSpec>().unwrap_err().contains("12000000"), "{wrong}");
+        for wrong in ["", "-1", "500k", "Auto"] {
+            assert!(wrong.parse::<BaudSpec>().unwrap_err().contains("bits per second"), "{wrong}");
         }
+    }
+
+    #[test]
+    fn a_wrong_rate_names_those_of_its_bus_only() {
+        let wrong: BaudSpec = "115200".parse().unwrap();
+        let (profibus, can) = (wrong.check_profibus().unwrap_err(), wrong.check_can().unwrap_err());
+        assert!(profibus.contains("12000000") && !profibus.contains("15625"), "{profibus}");
+        assert!(can.contains("15625") && !can.contains("12000000"), "{can}");
+        assert!(BaudSpec::Auto.check_can().unwrap_err().contains("15625"));
     }
 }

@@ -10,10 +10,9 @@ use crate::can_bus::canopen::NodeId;
 use crate::host::list::named::ParameterSpec;
 use crate::profibus::fdl::Address;
 use crate::profibus::ppo::PpoType;
-use crate::time::BaudRate;
 use clap::Subcommand;
 
-use super::link::{BaudSpec, expected_rates};
+use super::link::BaudSpec;
 use super::master_link::{CanPlace, MasterLink};
 use super::quantity::Quantity;
 use super::spec::{ident, ppo};
@@ -344,9 +343,8 @@ impl Master {
                         socketcan:INTERFACE"
                 .into());
         }
-        if matches!(self.baud, Some(BaudSpec::Can(_))) {
-            return Err(format!("this rate is none of PROFIBUS; {}", fixed_rates()));
-        }
+        let baud = self.baud.map_or(Ok(()), BaudSpec::check_profibus);
+        baud.map_err(|error| error.replace("auto or ", ""))?;
         if let (Action::Read { parameter } | Action::Write { parameter, .. }, None) = (&self.action, self.ppo)
         {
             parameter.parameter()?;
@@ -412,9 +410,7 @@ impl Master {
         if self.address.is_some() {
             return Err("--address is for PROFIBUS: a drive on CANopen has a --node".into());
         }
-        if self.baud.is_some_and(|baud| baud.can().is_none()) {
-            return Err("this rate is none of CAN; expected 125000, 250000, 500000 or 1000000".into());
-        }
+        self.baud.map_or(Ok(()), BaudSpec::check_can)?;
         let known = matches!(
             self.action,
             Action::Read { .. }
@@ -515,13 +511,9 @@ fn node(text: &str) -> Result<NodeId, String> {
     number.ok_or_else(|| "expected a node number from 1 to 127".into())
 }
 
-fn fixed_rates() -> String {
-    expected_rates(BaudRate::ALL).replace("auto or ", "")
-}
-
 fn rate(text: &str) -> Result<BaudSpec, String> {
     match text.parse() {
-        Ok(rate @ (BaudSpec::Fixed(_) | BaudSpec::Can(_))) => Ok(rate),
+        Ok(rate @ (BaudSpec::Fixed(_) | BaudSpec::Other(_))) => Ok(rate),
         Ok(BaudSpec::Auto) => Err("a master sets the rate; expected a number such as 19200".into()),
         Err(error) => Err(error.replace("auto or ", "")),
     }

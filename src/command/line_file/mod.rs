@@ -168,7 +168,7 @@ mod tests {
             (format!("metrics = '9187'\n{STATION}"), "1, column 11", "for example 127.0.0.1:9187"),
             (format!("metrics-allow-remote = true\n{STATION}"), "1, column 24", "needs metrics"),
             (line("buad = 500000"), "3, column 1", "did you mean `baud`?"),
-            (line("baud = 500001"), "3, column 8", "12000000"),
+            (line("baud = 500001\n[[line.drive]]\naddress = 5"), "3, column 8", "12000000"),
             (line("baud = ["), "3, column", ""),
             (line("slot-time = 'x'"), "3, column 13", "expected a whole number, got the text \"x\""),
             (
@@ -323,6 +323,11 @@ mod tests {
                 input("behaviour = 'table'\nfile = '../../examples/line/level.csv'"),
                 "10, column 13",
                 "it reaches",
+            ),
+            (
+                input("behaviour = 'scale'\nof = {slot = 2, type = 'bit0'}\nfactor = -1"),
+                "10, column 13",
+                "it reaches -1, bit0 has 0 to 1",
             ),
             (
                 input("value = 1\n[[line.station.input]]\nslot = 1\ntype = 'unsigned8'\nvalue = 1"),
