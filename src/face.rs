@@ -3,6 +3,7 @@
 
 mod bits;
 pub mod description;
+mod device_event;
 mod drive_state;
 mod event;
 mod object_entry;
@@ -15,6 +16,7 @@ pub(crate) use quirk::check;
 
 pub(crate) use bits::bits_of_word;
 pub use description::Description;
+pub use device_event::{AnyDeviceEvent, DeviceEvent};
 pub use drive_state::DriveState;
 pub use event::{Again, ErrorKind, EventKind};
 pub(crate) use object_entry::{DataType, ObjectEntry};

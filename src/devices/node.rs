@@ -9,14 +9,13 @@ use crate::can_bus::canopen;
 use crate::can_bus::canopen::node::storage;
 use crate::can_bus::canopen::node::storage::{Generation, NotStored, StoreRequest};
 use crate::can_bus::canopen::{Address, Application, Node, NodeId, Refusal};
-use crate::devices::ag03;
 use crate::devices::ag03::unit;
 use crate::face::description::Supply;
-use crate::face::{Again, Description, EventKind};
+use crate::face::{Again, AnyDeviceEvent, Description, DeviceEvent, EventKind};
 use crate::time::Instant;
 
 /// News of a device on CANopen. `Display` is one line of plain English.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum CanopenEvent {
     /// Of its node: NMT, SDO, PDO, EMCY, error control.
@@ -28,24 +27,24 @@ pub enum CanopenEvent {
         /// How often.
         again: Again,
     },
-    /// Of an AG03/1 behind the node, which names its own objects and bits in what it refuses.
-    Ag03(ag03::canopen::Event),
+    /// Of the device behind the node, which names its own objects and bits in what it refuses.
+    Device(AnyDeviceEvent),
 }
 
 impl CanopenEvent {
     /// What it is about, for filters.
-    pub const fn kind(&self) -> EventKind {
+    pub fn kind(&self) -> EventKind {
         match self {
             Self::Node(event) | Self::Repeated { event, .. } => of_node(event),
-            Self::Ag03(event) => event.kind(),
+            Self::Device(event) => event.kind(),
         }
     }
 
     /// Whether a log leaves it out unless asked for more: a master may cause as many as it likes.
-    pub(crate) const fn is_detail(&self) -> bool {
+    pub(crate) fn is_detail(&self) -> bool {
         match self {
             Self::Node(event) => matches!(event, canopen::Event::Written { .. }),
-            Self::Ag03(event) => event.is_detail(),
+            Self::Device(event) => event.is_detail(),
             Self::Repeated { .. } => false,
         }
     }
@@ -74,7 +73,7 @@ impl fmt::Display for CanopenEvent {
         match self {
             Self::Node(event) => event.fmt(f),
             Self::Repeated { event, again } => write!(f, "{again}: {event}"),
-            Self::Ag03(event) => event.fmt(f),
+            Self::Device(event) => event.fmt(f),
         }
     }
 }

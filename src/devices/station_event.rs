@@ -2,19 +2,16 @@
 
 use core::fmt;
 
-use super::ag03;
-#[cfg(feature = "std")]
-use super::ppo_drive;
-use crate::face::{ErrorKind, EventKind, Reason};
+use crate::face::{AnyDeviceEvent, DeviceEvent, ErrorKind, EventKind, Reason};
 use crate::profibus::dp;
 use crate::profibus::dpv1;
 use crate::profibus::fdl::FrameError;
 use crate::profibus::fdl::station::TooLate;
 
-/// Something a user may want to read. `Display` is one line of plain English.
+/// Something a user may want to read. `Display` is one line of plain English. `D` is an event of the device behind the slave.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub enum StationEvent {
+pub enum StationEvent<D = AnyDeviceEvent> {
     /// The DP slave: parameters, configuration, data exchange, watchdog.
     Dp(dp::Event),
     /// Services of DP-V1: records, alarms, connections.
@@ -23,11 +20,8 @@ pub enum StationEvent {
     TelegramRefused(FrameError),
     /// A reply was dropped because its time was over.
     ReplyTooLate(TooLate),
-    /// An AG03 or AG03/1 behind the slave, which names its bits and parameters.
-    Ag03(ag03::profibus::Event),
-    /// A drive of the profile behind the slave.
-    #[cfg(feature = "std")]
-    PpoDrive(ppo_drive::profibus::Event),
+    /// The device behind the slave, which names its bits and parameters.
+    Device(D),
     /// Events were lost because nobody took them in time.
     Lost {
         /// How many.
@@ -35,50 +29,59 @@ pub enum StationEvent {
     },
 }
 
-impl StationEvent {
+impl<D: DeviceEvent> StationEvent<D> {
     /// What it is about, for filters.
-    pub const fn kind(&self) -> EventKind {
+    pub fn kind(&self) -> EventKind {
         match self {
             Self::Dp(_) | Self::Acyclic(_) => EventKind::Dp,
             Self::TelegramRefused(_) | Self::ReplyTooLate(_) | Self::Lost { .. } => EventKind::Line,
-            Self::Ag03(event) => event.kind(),
-            #[cfg(feature = "std")]
-            Self::PpoDrive(event) => event.kind(),
+            Self::Device(event) => event.kind(),
         }
     }
 
     /// Which error it tells, for counters; `None`: it tells none.
-    pub const fn error(&self) -> Option<ErrorKind> {
+    pub fn error(&self) -> Option<ErrorKind> {
         match self {
             Self::Dp(event) => of_slave(event),
-            Self::Ag03(event) => event.error(),
-            #[cfg(feature = "std")]
-            Self::PpoDrive(event) => event.kind().error(),
+            Self::Device(event) => event.error(),
             Self::Acyclic(_) | Self::TelegramRefused(_) | Self::ReplyTooLate(_) | Self::Lost { .. } => None,
         }
     }
 
     /// Each reason of a refused command.
     pub(crate) fn each_reason(&self, tell: &mut dyn FnMut(Reason<'_>)) {
-        if let Self::Ag03(ag03::profibus::Event::CommandRefused(refusal)) = self {
-            refusal.each_reason(tell);
+        if let Self::Device(event) = self {
+            event.each_reason(tell);
         }
     }
 
     /// Whether it is cyclic detail: a log leaves it out unless asked for more.
-    pub const fn is_detail(&self) -> bool {
+    pub fn is_detail(&self) -> bool {
         match self {
             Self::Dp(event) => event.is_detail(),
             Self::Acyclic(event) => event.is_detail(),
-            Self::Ag03(event) => event.is_detail(),
-            #[cfg(feature = "std")]
-            Self::PpoDrive(_) => false,
+            Self::Device(event) => event.is_detail(),
             Self::TelegramRefused(_) | Self::ReplyTooLate(_) | Self::Lost { .. } => false,
         }
     }
 }
 
-impl fmt::Display for StationEvent {
+#[cfg(feature = "std")]
+impl<D: DeviceEvent + PartialEq> StationEvent<D> {
+    /// The same for those who do not know the device.
+    pub(crate) fn of_any(self) -> StationEvent {
+        match self {
+            Self::Dp(event) => StationEvent::Dp(event),
+            Self::Acyclic(event) => StationEvent::Acyclic(event),
+            Self::TelegramRefused(error) => StationEvent::TelegramRefused(error),
+            Self::ReplyTooLate(too_late) => StationEvent::ReplyTooLate(too_late),
+            Self::Device(event) => StationEvent::Device(AnyDeviceEvent::new(event)),
+            Self::Lost { events } => StationEvent::Lost { events },
+        }
+    }
+}
+
+impl<D: fmt::Display> fmt::Display for StationEvent<D> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Dp(event) => event.fmt(f),
@@ -87,9 +90,7 @@ impl fmt::Display for StationEvent {
             Self::ReplyTooLate(TooLate { after, limit }) => {
                 write!(f, "dropped a reply {after:?} after its request, expected at most {limit:?}")
             }
-            Self::Ag03(event) => event.fmt(f),
-            #[cfg(feature = "std")]
-            Self::PpoDrive(event) => event.fmt(f),
+            Self::Device(event) => event.fmt(f),
             Self::Lost { events } => write!(f, "{events} more events were lost"),
         }
     }
@@ -118,24 +119,23 @@ const fn of_slave(event: &dp::Event) -> Option<ErrorKind> {
     })
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "std"))]
 mod tests {
     use super::*;
     use crate::devices::ag03::drive::Fault;
-    use crate::devices::ag03::unit;
+    use crate::devices::ag03::{profibus, unit};
+    use crate::devices::ppo_drive;
     use crate::profibus::fdl::Address;
 
     #[test]
     fn what_is_no_error_is_none() {
         let master = Address::station(2).unwrap();
-        let of_unit = |event| StationEvent::Ag03(ag03::profibus::Event::Unit { event, stw: None });
+        let of_unit = |event| StationEvent::Device(profibus::Event::Unit { event, stw: None }).of_any();
+        let overload = ppo_drive::Event::Fault(ppo_drive::Fault::Overload);
         for (event, kind) in [
             (of_unit(unit::Event::Fault(Fault::B)), Some(ErrorKind::Fault)),
-            #[cfg(feature = "std")]
             (
-                StationEvent::PpoDrive(ppo_drive::profibus::Event::Drive(ppo_drive::Event::Fault(
-                    ppo_drive::Fault::Overload,
-                ))),
+                StationEvent::Device(ppo_drive::profibus::Event::Drive(overload)).of_any(),
                 Some(ErrorKind::Fault),
             ),
             (StationEvent::Dp(dp::Event::PrmForeign { master, owner: master }), Some(ErrorKind::PrmRefused)),

@@ -3,7 +3,11 @@
 //! The words are put together on the target ([`defmt::Display2Format`]), because they are the ones of the one vocabulary; that
 //! costs the flash of `core::fmt`. Who cannot spare it logs numbers of the fields instead.
 
+use core::fmt::Display;
+
 use defmt::{Display2Format, Format, Formatter};
+
+use crate::devices::StationEvent;
 
 macro_rules! logged {
     ($($name:ty),* $(,)?) => {
@@ -17,6 +21,12 @@ macro_rules! logged {
     };
 }
 
+impl<D: Display> Format for StationEvent<D> {
+    fn format(&self, formatter: Formatter<'_>) {
+        defmt::write!(formatter, "{}", Display2Format(self));
+    }
+}
+
 logged![
     crate::can_bus::can::ErrorState,
     crate::can_bus::can::BitRateError,
@@ -28,7 +38,6 @@ logged![
     crate::can_bus::canopen::Event,
     crate::can_bus::canopen::NodeIdError,
     crate::devices::CanopenEvent,
-    crate::devices::StationEvent,
     crate::devices::ag03::profibus::Event,
     crate::devices::ag03::profibus::Hint,
     crate::face::QuirkError,

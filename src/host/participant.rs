@@ -257,7 +257,7 @@ impl Participant for Device {
 
 fn pass_on(device: &mut Device, news: &mut dyn FnMut(StationEvent)) {
     while let Some(event) = device.poll_event() {
-        news(event);
+        news(event.of_any());
     }
 }
 

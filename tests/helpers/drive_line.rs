@@ -49,14 +49,14 @@ pub(crate) struct Line {
     pub(crate) baud: BaudRate,
     /// The earliest reply allowed, in T_bit.
     pub(crate) min_tsdr: u32,
-    pub(crate) events: Vec<StationEvent>,
+    pub(crate) events: Vec<StationEvent<Event>>,
     /// The frame count of each master.
     frame_counts: HashMap<u8, FrameCount>,
 }
 
 /// What an event says about the unit.
-pub(crate) fn of_unit(event: &StationEvent) -> Option<&unit::Event> {
-    if let StationEvent::Ag03(Event::Unit { event, .. }) = event { Some(event) } else { None }
+pub(crate) fn of_unit(event: &StationEvent<Event>) -> Option<&unit::Event> {
+    if let StationEvent::Device(Event::Unit { event, .. }) = event { Some(event) } else { None }
 }
 
 impl Line {

@@ -175,7 +175,7 @@ fn news_of_a_drive_reach_the_caller_with_its_address() {
     let prm = [0x68, 12, 12, 0x68, 0x85, 0x82, 0x6D, 0x3D, 0x3E, 0x80, 1, 1, 11, 0x12, 0x34, 0, 0xC2, 0x16];
     let (mut link, mut bus, clock) = scripted(&[&prm]);
     let news = play(&mut link, &mut bus, &clock);
-    let [BusEvent::Station { address, event }] = news[..] else { panic!("{news:?}") };
+    let [BusEvent::Station { address, event }] = &news[..] else { panic!("{news:?}") };
     assert_eq!(address.number(), 5);
     assert!(event.to_string().contains("refused the parameters of master 2"), "{event}");
 }

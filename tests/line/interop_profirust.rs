@@ -170,15 +170,18 @@ impl Plant {
                 StationEvent::Dp(event) => {
                     matches!(event, dp::Event::Parameterised { .. } | dp::Event::DataExchange { .. })
                 }
-                StationEvent::Ag03(Event::Unit { event, .. }) => matches!(
-                    event,
-                    unit::Event::Drive(_)
-                        | unit::Event::FaultCauseGone(_)
-                        | unit::Event::Written { .. }
-                        | unit::Event::Stored
-                        | unit::Event::NotStored { .. }
-                        | unit::Event::Input(_)
-                        | unit::Event::SwitchesSet(_)
+                StationEvent::Device(ref event) => matches!(
+                    event.of(),
+                    Some(Event::Unit {
+                        event: unit::Event::Drive(_)
+                            | unit::Event::FaultCauseGone(_)
+                            | unit::Event::Written { .. }
+                            | unit::Event::Stored
+                            | unit::Event::NotStored { .. }
+                            | unit::Event::Input(_)
+                            | unit::Event::SwitchesSet(_),
+                        ..
+                    })
                 ),
                 _ => false,
             };

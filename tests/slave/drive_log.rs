@@ -57,7 +57,7 @@ impl Told {
 
     /// The hints among that.
     pub(crate) fn hints(&mut self) -> Vec<String> {
-        let hint = |event: StationEvent| (event.kind() == EventKind::Hint).then(|| event.to_string());
+        let hint = |event: StationEvent<_>| (event.kind() == EventKind::Hint).then(|| event.to_string());
         self.line.events.drain(..).filter_map(hint).collect()
     }
 

@@ -127,7 +127,7 @@ fn calibration_is_refused_while_travelling_and_the_reason_is_told() {
         "v-Inch while moving"
     );
     let refused = line.events.iter().filter_map(|event| match event {
-        StationEvent::Ag03(Event::JobRefused(refusal)) => Some(refusal.number),
+        StationEvent::Device(Event::JobRefused(refusal)) => Some(refusal.number),
         _ => None,
     });
     assert_eq!(refused.collect::<Vec<_>>(), [pkw::ErrorNumber::OperatingState; 2]);

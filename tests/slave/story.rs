@@ -74,7 +74,7 @@ fn the_control_words_that_a_refusal_names_do_what_was_asked() {
         plant.line.events.clear();
         plant.say(stw, setpoint, CYCLE);
         let refusal = plant.line.events.iter().find_map(|event| match event {
-            StationEvent::Ag03(Event::CommandRefused(refusal)) => Some(*refusal),
+            StationEvent::Device(Event::CommandRefused(refusal)) => Some(*refusal),
             _ => None,
         });
         let next = refusal.unwrap().next().expect(what).to_string();
@@ -199,7 +199,7 @@ fn an_overflow_of_events_is_counted_and_said() {
     let written = told
         .iter()
         .filter(|event| {
-            matches!(event, StationEvent::Ag03(Event::Unit { event: unit::Event::Written { .. }, .. }))
+            matches!(event, StationEvent::Device(Event::Unit { event: unit::Event::Written { .. }, .. }))
         })
         .count();
     let Some(StationEvent::Lost { events }) = told.last() else { panic!("{told:?}") };

@@ -18,7 +18,7 @@ use crate::time::{BaudRate, Instant};
 const CAPACITY: usize = 1024;
 
 /// Something a user may want to read. `Display` is one line of plain English.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum BusEvent {
     /// News of one station.
@@ -83,7 +83,7 @@ pub enum BusEvent {
 
 impl BusEvent {
     /// What it is about, for filters.
-    pub const fn kind(&self) -> EventKind {
+    pub fn kind(&self) -> EventKind {
         match self {
             Self::Station { event, .. } | Self::Repeated { event, .. } => event.kind(),
             Self::Hint(_) => EventKind::Hint,
@@ -116,7 +116,7 @@ impl BusEvent {
     }
 
     /// Whether it is cyclic detail: a log leaves it out unless asked for more.
-    pub const fn is_detail(&self) -> bool {
+    pub fn is_detail(&self) -> bool {
         if let Self::Station { event, .. } = self {
             event.is_detail()
         } else {
@@ -185,9 +185,10 @@ impl News {
         if matches!(event, StationEvent::Dp(dp::Event::WatchdogExpired { .. })) {
             counters.watchdog_expiries = counters.watchdog_expiries.saturating_add(1);
         }
-        let is_new = |times| self.repeats.is_new(now, &(address, event), PartialEq::eq, times);
-        if told_each_time(&event).is_none_or(is_new) {
-            self.push(BusEvent::Station { address, event });
+        let each = told_each_time(&event);
+        let told = (address, event);
+        if each.is_none_or(|each| self.repeats.is_new(now, &told, PartialEq::eq, each)) {
+            self.push(BusEvent::Station { address, event: told.1 });
         }
     }
 
@@ -232,7 +233,7 @@ mod tests {
         let mut told = std::vec::Vec::new();
         for cycle in 0..1000 {
             let now = Instant::ZERO.saturating_add(core::time::Duration::from_millis(5 * cycle));
-            news.tell(now, address, (&mut counters, &mut errors), event);
+            news.tell(now, address, (&mut counters, &mut errors), event.clone());
             told.extend(news.pop());
         }
         assert_eq!(told, [BusEvent::Station { address, event }]);
@@ -250,7 +251,7 @@ mod tests {
         let event = StationEvent::Dp(dp::Event::PrmForeign { master: address, owner: address });
         let (mut counters, mut errors) = (StationCounters::default(), StationErrors::default());
         for _ in 0..2 {
-            news.tell(Instant::ZERO, address, (&mut counters, &mut errors), event);
+            news.tell(Instant::ZERO, address, (&mut counters, &mut errors), event.clone());
         }
         let due = news.poll_timeout().unwrap();
         news.advance(due);

@@ -103,7 +103,7 @@ impl Feed {
     }
 
     pub(in crate::panel) fn tell(&self, now: Instant, event: &BusEvent, words: Option<Arc<str>>) {
-        self.news(now, Told::Line(*event, words));
+        self.news(now, Told::Line(event.clone(), words));
     }
 
     pub(in crate::panel) fn hint(&self, now: Instant, hint: BusHint) {
@@ -117,7 +117,7 @@ impl Feed {
                 if let CanopenEvent::Node(canopen::Event::BootUp { node, .. }) = event {
                     self.seats().insert(*seat, *node);
                 }
-                self.news(now, Told::Node(self.number(*seat), *event));
+                self.news(now, Told::Node(self.number(*seat), event.clone()));
             }
             Event::State { at, seat, state } => self.news(*at, Told::State(self.number(*seat), *state)),
             Event::Tuned(tuned) => self.news(tuned.at, Told::Tuned(self.number(tuned.seat), *tuned)),

@@ -6,7 +6,7 @@ use super::objects::MAX_TARGET;
 use super::state::State;
 use super::why::Refused;
 use crate::devices::ag03::unit;
-use crate::face::EventKind;
+use crate::face::{DeviceEvent, EventKind};
 
 /// What has happened in a drive on CANopen. `Display` is one line of plain English.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,9 +33,8 @@ pub enum Event {
     },
 }
 
-impl Event {
-    /// What it is about, for filters.
-    pub const fn kind(&self) -> EventKind {
+impl DeviceEvent for Event {
+    fn kind(&self) -> EventKind {
         match self {
             Self::Unit(event) => event.kind(),
             Self::State { .. } => EventKind::Drive,
@@ -44,8 +43,7 @@ impl Event {
         }
     }
 
-    /// Whether it is cyclic detail: a log leaves it out unless asked for more.
-    pub(crate) const fn is_detail(&self) -> bool {
+    fn is_detail(&self) -> bool {
         if let Self::Unit(event) = self { event.is_detail() } else { false }
     }
 }

@@ -1,13 +1,15 @@
 //! The drive as hosts run it.
 
-use super::Ag03Node;
 use super::part::RATES;
+use super::{Ag03Node, Event};
 use crate::can_bus::can::{ErrorState, Frame};
 use crate::can_bus::canopen::node::storage::{Generation, ImageError, NotStored, StoreRequest};
 use crate::can_bus::canopen::{Address, Application, Node, NodeId, Refusal};
 use crate::devices::ag03::unit;
 use crate::devices::ag03::unit::{Outcome, Power, Unit};
 use crate::devices::{CanopenDevice, CanopenEvent, RecallError};
+#[cfg(feature = "std")]
+use crate::face::AnyDeviceEvent;
 use crate::face::Description;
 use crate::face::description::Supply;
 use crate::time::Instant;
@@ -19,7 +21,14 @@ impl Ag03Node {
         self.power_off(now);
         while self.poll_transmit(now).is_some() {}
         while self.poll_event().is_some() {}
+        while self.poll_drive_event().is_some() {}
         self
+    }
+
+    /// The oldest event of the drive behind the node not taken yet; with `std`, [`CanopenDevice::poll_event`] has them, too.
+    #[must_use]
+    pub fn poll_drive_event(&mut self) -> Option<Event> {
+        self.part.poll_event()
     }
 }
 
@@ -122,8 +131,9 @@ impl CanopenDevice for Ag03Node {
     }
 
     fn poll_event(&mut self) -> Option<CanopenEvent> {
-        if let Some(event) = self.part.poll_event() {
-            return Some(CanopenEvent::Ag03(event));
+        #[cfg(feature = "std")]
+        if let Some(event) = self.poll_drive_event() {
+            return Some(CanopenEvent::Device(AnyDeviceEvent::new(event)));
         }
         self.node.poll_event().map(CanopenEvent::Node)
     }
@@ -168,7 +178,7 @@ impl CanopenDevice for Ag03Node {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Config, Event};
+    use super::super::Config;
     use super::*;
 
     #[test]
@@ -177,10 +187,11 @@ mod tests {
         let mut node = Ag03Node::new(Config::new(NodeId::MIN), now).unsupplied(now);
         assert_eq!(node.poll_event(), None);
         node.power_on(now);
-        let on = node.poll_event();
-        assert!(matches!(on, Some(CanopenEvent::Ag03(Event::Unit(unit::Event::SwitchedOn(_))))), "{on:?}");
+        let on = node.poll_drive_event();
+        assert!(matches!(on, Some(Event::Unit(unit::Event::SwitchedOn(_)))), "{on:?}");
         while node.poll_event().is_some() {}
         node.power_off(now);
-        assert_eq!(node.poll_event(), Some(CanopenEvent::Ag03(Event::Unit(unit::Event::SwitchedOff))));
+        let off = AnyDeviceEvent::new(Event::Unit(unit::Event::SwitchedOff));
+        assert_eq!(node.poll_event(), Some(CanopenEvent::Device(off)));
     }
 }

@@ -13,7 +13,7 @@ use crate::devices::ag03::param::Parameter;
 use crate::devices::ag03::unit;
 use crate::devices::ag03::unit::DipSwitches;
 use crate::devices::ag03::unit::dip::Terminator;
-use crate::face::{ErrorKind, EventKind};
+use crate::face::{DeviceEvent, ErrorKind, EventKind, Reason};
 use crate::profibus::pkw;
 use crate::profibus::ppo::Stw;
 
@@ -44,9 +44,10 @@ impl Event {
         }
         Some(Self::Unit { event, stw: exchanging.then_some(words.stw()) })
     }
+}
 
-    /// What it is about, for filters.
-    pub const fn kind(&self) -> EventKind {
+impl DeviceEvent for Event {
+    fn kind(&self) -> EventKind {
         match self {
             Self::JobRefused(_) => EventKind::JobRefused,
             Self::CommandRefused(_) => EventKind::CommandRefused,
@@ -55,19 +56,23 @@ impl Event {
         }
     }
 
-    /// Which error it tells, for counters.
-    pub const fn error(&self) -> Option<ErrorKind> {
+    fn error(&self) -> Option<ErrorKind> {
         match self {
             Self::Unit { event, .. } => event.error(),
             Self::JobRefused(_) | Self::CommandRefused(_) | Self::Hint(_) => self.kind().error(),
         }
     }
 
-    /// Whether it is cyclic detail: a log leaves it out unless asked for more.
-    pub(crate) const fn is_detail(&self) -> bool {
+    fn is_detail(&self) -> bool {
         match self {
             Self::Unit { event, .. } => event.is_detail(),
             Self::JobRefused(_) | Self::CommandRefused(_) | Self::Hint(_) => false,
+        }
+    }
+
+    fn each_reason(&self, tell: &mut dyn FnMut(Reason<'_>)) {
+        if let Self::CommandRefused(refusal) = self {
+            refusal.each_reason(tell);
         }
     }
 }

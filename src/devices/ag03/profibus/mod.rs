@@ -341,7 +341,7 @@ impl Device {
             Outcome::Safe => _ = self.part.engine.stored(),
             Outcome::Undone => {
                 if let Some(refusal) = self.part.engine.store_failed() {
-                    self.part.events.push(StationEvent::Ag03(Event::JobRefused(refusal)));
+                    self.part.events.push(StationEvent::Device(Event::JobRefused(refusal)));
                 }
             }
         }
@@ -445,7 +445,7 @@ impl Device {
     /// The oldest event not taken yet. Changes with every `handle_*` and `poll_transmit`.
     #[must_use]
     #[inline]
-    pub fn poll_event(&mut self) -> Option<StationEvent> {
+    pub fn poll_event(&mut self) -> Option<StationEvent<Event>> {
         self.part.events.pop().map(|event| event.unwrap_or_else(|events| StationEvent::Lost { events }))
     }
 }

@@ -42,7 +42,7 @@ pub(super) struct Parts {
     watch: Watch,
     /// Something has come of the octets taken last.
     pub(super) news: bool,
-    pub(super) events: Queue<StationEvent, MAX_EVENTS>,
+    pub(super) events: Queue<StationEvent<Event>, MAX_EVENTS>,
 }
 
 impl Parts {
@@ -101,7 +101,7 @@ impl Parts {
 
     fn hint(&mut self, hint: Option<Hint>) {
         if let Some(hint) = hint {
-            self.events.push(StationEvent::Ag03(Event::Hint(hint)));
+            self.events.push(StationEvent::Device(Event::Hint(hint)));
         }
     }
 
@@ -280,7 +280,7 @@ impl Parts {
         while let Some(event) = next {
             let hint = self.hint_of(&event);
             if let Some(event) = Event::of_unit(event, &self.shown.words, self.exchanging) {
-                self.events.push(StationEvent::Ag03(event));
+                self.events.push(StationEvent::Device(event));
             }
             self.hint(hint);
             next = self.unit.poll_event();
@@ -308,7 +308,7 @@ impl Parts {
         let Self { unit, config, shown, engine, events, .. } = self;
         let outcome = engine.cycle(job, &mut Channel { unit, quirks: config.parameters, shown });
         if let Some(refusal) = outcome.refusal {
-            events.push(StationEvent::Ag03(Event::JobRefused(refusal)));
+            events.push(StationEvent::Device(Event::JobRefused(refusal)));
         }
         outcome.reply
     }

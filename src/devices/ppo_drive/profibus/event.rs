@@ -3,7 +3,7 @@
 use core::fmt;
 
 use crate::devices::ppo_drive;
-use crate::face::EventKind;
+use crate::face::{DeviceEvent, EventKind};
 use crate::profibus::pkw;
 use crate::profibus::pkw::JobError;
 
@@ -28,9 +28,8 @@ pub enum Event {
     },
 }
 
-impl Event {
-    /// What it is about, for filters.
-    pub const fn kind(&self) -> EventKind {
+impl DeviceEvent for Event {
+    fn kind(&self) -> EventKind {
         match self {
             Self::Drive(ppo_drive::Event::Fault(_)) => EventKind::Fault,
             Self::Drive(ppo_drive::Event::InchingRefused) | Self::NotSet { .. } => EventKind::CommandRefused,

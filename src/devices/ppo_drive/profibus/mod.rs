@@ -320,7 +320,7 @@ impl<A: Application> PpoDrive<A> {
         }
         self.station.set_inputs(&inputs);
         while let Some(event) = self.drive.poll_event() {
-            news(StationEvent::PpoDrive(Event::Drive(event)));
+            news(StationEvent::Device(Event::Drive(event)).of_any());
         }
         settled && self.drive.is_at_rest() && !job.is_some_and(|job| self.engine.has_work(job))
     }
@@ -372,7 +372,7 @@ impl<A: Application> PpoDrive<A> {
             if let Err(cause) = pkw::Parameters::write(&mut access, pnu, element, value) {
                 let same = |refused: &[Option<u16>]| refused.get(place).copied().flatten() == Some(pnu);
                 if !same(&before) {
-                    news(StationEvent::PpoDrive(Event::NotSet { place, pnu, value: *word, cause }));
+                    news(StationEvent::Device(Event::NotSet { place, pnu, value: *word, cause }).of_any());
                 }
                 self.refused.iter_mut().skip(place).take(1).for_each(|refused| *refused = Some(pnu));
             }
@@ -439,7 +439,7 @@ impl<A: Application> PpoDrive<A> {
         let mut access = Access { table, drive, known, memory: memory.as_mut() };
         let outcome = engine.cycle(job, &mut access);
         if let Some(refusal) = outcome.refusal {
-            news(StationEvent::PpoDrive(Event::JobRefused(refusal)));
+            news(StationEvent::Device(Event::JobRefused(refusal)).of_any());
         }
         Some(outcome.reply)
     }
