@@ -2,6 +2,7 @@
 
 use core::any::Any;
 use core::fmt;
+use core::ops::Deref;
 
 use super::{ErrorKind, EventKind, Reason};
 
@@ -45,7 +46,11 @@ impl AnyDeviceEvent {
 
     /// The event, if it is one of that type.
     pub fn of<E: DeviceEvent>(&self) -> Option<&E> {
-        event_of(&*self.event)
+        event_of(self.as_dyn())
+    }
+
+    fn as_dyn(&self) -> &dyn DeviceEvent {
+        Deref::deref(&self.event)
     }
 }
 
@@ -78,23 +83,23 @@ impl DeviceEvent for AnyDeviceEvent {
 
 impl PartialEq for AnyDeviceEvent {
     fn eq(&self, other: &Self) -> bool {
-        (self.is_same)(&*self.event, &*other.event)
+        (self.is_same)(self.as_dyn(), other.as_dyn())
     }
 }
 
 impl fmt::Debug for AnyDeviceEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        fmt::Debug::fmt(&*self.event, f)
+        fmt::Debug::fmt(self.as_dyn(), f)
     }
 }
 
 impl fmt::Display for AnyDeviceEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        fmt::Display::fmt(&*self.event, f)
+        fmt::Display::fmt(self.as_dyn(), f)
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "std"))]
 mod tests {
     use super::*;
 

@@ -176,7 +176,7 @@ impl CanopenDevice for Ag03Node {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "std"))]
 mod tests {
     use super::super::Config;
     use super::*;
