@@ -24,6 +24,8 @@ mod telegrams;
 mod test_master;
 
 #[cfg(target_os = "linux")]
+mod beside_noise;
+#[cfg(target_os = "linux")]
 mod capture;
 #[cfg(target_os = "linux")]
 mod command;

@@ -1,7 +1,7 @@
 //! `profidrive master`, run as a process against `profidrive emulate`: every subcommand over a pseudo-terminal and over
 //! TCP, every failure with its exit code and its one line, and what happens to a drive when the command is interrupted.
 
-mod rig;
+pub(crate) mod rig;
 
 use core::time::Duration;
 use std::fs::{self, OpenOptions};
