@@ -38,29 +38,6 @@ fn a_commissioning_reads_as_the_committed_story() {
     assert_eq!(plant.story, committed);
 }
 
-/// The story in the README leaves lines out and changes none.
-#[test]
-fn the_readme_tells_lines_of_the_committed_story() {
-    let (readme, story) = (include_str!("../../README.md"), include_str!("../../docs/story.txt"));
-    let block = readme.split("## A commissioning in the log").nth(1).unwrap();
-    let block = block.split("```text\n").nth(1).unwrap().split("```").next().unwrap();
-    let mut lines = story.lines();
-    for shown in block.lines() {
-        assert!(lines.any(|line| line == shown), "'{shown}' is not in docs/story.txt, or not in this order");
-    }
-    for part in [
-        "in Data_Exchange",
-        "refused",
-        "reached",
-        "fault B",
-        "acknowledged",
-        "changed from",
-        "watchdog expired",
-    ] {
-        assert!(block.contains(part), "the commissioning is whole: {part}");
-    }
-}
-
 #[test]
 fn the_control_words_that_a_refusal_names_do_what_was_asked() {
     for (stw, setpoint, what) in [
