@@ -1,18 +1,26 @@
 //! `emulate --line`: whole lines from a file, as their users run them, and profirust 0.6.0 as master of the example file.
 
 use core::time::Duration;
+use std::fs::{File, OpenOptions};
+use std::io::{Read, Write};
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::Instant;
 
 use gsd_parser::PrmBuilder;
 use profidrive::host::link::serial::Serial;
 use profidrive::host::{Clock, Link, Stop, SystemClock};
 use profidrive::master::{LinkPhy, baudrate, instant, peripheral};
+use profidrive::profibus::fdl::{FrameCount, FunctionCode, Service};
 use profidrive::time::BaudRate;
 use profirust::dp::{DpMaster, Peripheral, PeripheralOptions};
 use profirust::fdl::{FdlActiveStation, ParametersBuilder};
+use rustix::fs::OFlags;
 
 use crate::emulator::{Emulator, output, profidrive};
 use crate::panel;
+use crate::telegrams::telegram;
 
 const BAUD: BaudRate = BaudRate::K500;
 /// 50 ms at 500 kbit/s.
@@ -183,32 +191,82 @@ fn a_line_has_what_its_file_says_of_drives_faults_and_files() {
     assert_eq!(value("stations/5/parameters/1004"), Some(20.0));
     assert_eq!(value("stations/8/parameters/2"), Some(7.0));
     assert_eq!(value("stations/8/parameters/30.2"), Some(-1.0));
-    let diagnosis = |address: &str| {
-        let link = emulator.terminal().to_str().unwrap();
-        let asked = output(&["master", "--link", link, "--address", address, "--slot-time", "5ms", "diag"]);
-        (asked.status.code(), String::from_utf8(asked.stderr).unwrap())
-    };
-    let answers = |address: &str| diagnosis(address).0 == Some(0);
     let injected =
         |place: usize| emulator.get("/api/v1/lines/line")["faults"][place]["injected"].as_u64().unwrap();
+    let mut asked = Asked::at(emulator.terminal());
     // While an input has a value.
-    assert!(answers("7"), "{:?}", diagnosis("7"));
+    asked.answers(7);
     let bit = "/api/v1/stations/7/inputs/1/0/bit0";
     emulator.set("PUT", bit, &serde_json::json!({ "value": 1 }));
-    let silent = diagnosis("7");
-    assert!(silent.0 == Some(1) && silent.1.contains("no answer from station 7"), "{silent:?}");
+    asked.is_silent(7, || injected(0));
     assert_eq!(emulator.request("DELETE", bit, "", "").status, 204);
-    assert!(answers("7") && injected(0) > 0);
-    // At the second request of a service, which is repeated.
-    assert!(answers("8") && injected(1) == 0);
-    assert!(answers("8") && injected(1) == 1);
-    assert!(answers("8") && injected(1) == 1);
+    asked.answers(7);
+    // At the second request of a service.
+    asked.answers(8);
+    assert_eq!(injected(1), 0);
+    asked.is_silent(8, || injected(1));
+    asked.answers(8);
+    assert_eq!(injected(1), 1);
     // Not yet; and for an hour.
-    assert!(answers("5") && injected(2) == 0);
-    assert!(!answers("6") && injected(3) > 0);
-    let kept = std::fs::read_dir(folder.path().join("kept")).unwrap().count();
-    assert!(kept >= 2, "{kept}");
-    assert!(std::fs::metadata(folder.path().join("bus.pcapng")).unwrap().len() > 0);
+    asked.answers(5);
+    assert_eq!(injected(2), 0);
+    asked.is_silent(6, || injected(3));
+    // Written by threads of their own.
+    let capture = folder.path().join("bus.pcapng");
+    eventually("a capture", || std::fs::metadata(&capture).is_ok_and(|file| file.len() > 0));
+    let kept = folder.path().join("kept");
+    eventually("two images", || std::fs::read_dir(&kept).is_ok_and(|kept| kept.count() >= 2));
+}
+
+/// Waits until `is_so`; the machine may be busy.
+fn eventually(what: &str, mut is_so: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !is_so() {
+        assert!(start.elapsed() < PATIENCE, "no {what}");
+        thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// A master that asks for Slave_Diag, each time once, and waits as long as the emulator takes.
+struct Asked(File);
+
+impl Asked {
+    fn at(terminal: &Path) -> Self {
+        let flags = (OFlags::NOCTTY | OFlags::NONBLOCK).bits().cast_signed();
+        Self(OpenOptions::new().read(true).write(true).custom_flags(flags).open(terminal).unwrap())
+    }
+
+    fn ask(&mut self, address: u8) {
+        let request = FunctionCode::request(Service::SrdHigh, FrameCount::First);
+        self.0.write_all(&telegram(address, 2, request, Some(60), &[])).unwrap();
+    }
+
+    /// Everything that has come.
+    fn heard(&mut self) -> Vec<u8> {
+        let mut octets = [0; 512];
+        let count = self.0.read(&mut octets).unwrap_or(0);
+        octets[..count].to_vec()
+    }
+
+    fn answers(&mut self, address: u8) {
+        self.ask(address);
+        let mut heard = Vec::new();
+        eventually("answer", || {
+            heard.extend(self.heard());
+            heard.ends_with(&[0x16])
+        });
+        // SD2, its lengths, and from whom.
+        assert_eq!((heard[0], heard[5] & 0x7F), (0x68, address), "{heard:02X?}");
+    }
+
+    /// The fault of which `injected` counts takes the answer.
+    fn is_silent(&mut self, address: u8, injected: impl Fn() -> u64) {
+        let before = injected();
+        self.ask(address);
+        eventually("fault", || injected() > before);
+        let heard = self.heard();
+        assert!(heard.is_empty(), "station {address}: {heard:02X?}");
+    }
 }
 
 /// A station of the example and what a project of a master has of it: file, modules, octets out and in.
