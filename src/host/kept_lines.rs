@@ -1,6 +1,7 @@
 //! Test: lines with every kind of device, whose memories are kept, against a model. Random sequences of adding, removing, moving
-//! (Set_Slave_Add), switching off and on, writing, saving, failing disks, kills, power failures and restarts: no device loses a
-//! value that is on the disk, and none has one that nobody wrote. For 10 000 sequences set `PROFIDRIVE_LONG`.
+//! (Set_Slave_Add, DIP switches, 5F0Ah:1, 2300h), switching off and on, writing, saving, factory resets by DIP switches, failing
+//! disks, kills, power failures and restarts: no device loses a value that is on the disk, and none has one that nobody wrote.
+//! For 10 000 sequences set `PROFIDRIVE_LONG`.
 #![allow(
     clippy::unwrap_used,
     clippy::indexing_slicing,
@@ -24,7 +25,7 @@ use super::list::{Device, Group, Spec};
 use super::{Bus, Refusals, StateDir, StateDirError, ValueBoard};
 use crate::can_bus::can::{BaseId, Frame, Id};
 use crate::can_bus::canopen;
-use crate::face::description::{ParameterAccess, ParameterPlace};
+use crate::face::description::{ParameterAccess, ParameterPlace, Switches};
 use crate::host::list::Ground;
 use crate::profibus::fdl::{Address, MAX_TELEGRAM_LEN, Timing};
 use crate::time::{BaudRate, Instant};
@@ -37,6 +38,32 @@ mod faulty_disk;
 fn object(which: usize) -> canopen::Address {
     if which == NO_1010H { canopen::Address::new(0x2410, 5) } else { canopen::Address::new(0x1017, 0) }
 }
+
+/// The object with the number of a node that is given one over the bus, and the command of a download that sets it.
+fn number_object(which: usize) -> Option<(canopen::Address, u8)> {
+    match which {
+        AP10 => Some((canopen::Address::new(0x5F0A, 1), 0x2F)),
+        ASDA_A2 => Some((canopen::Address::new(0x2300, 0), 0x2B)),
+        _ => None,
+    }
+}
+
+const AP10: usize = 6;
+const ASDA_A2: usize = 7;
+
+/// What a device keeps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Part {
+    /// The parameter or object that is written, or the address of a station.
+    Value,
+    /// The node number, if it is an object.
+    Number,
+}
+
+const PARTS: [Part; 2] = [Part::Value, Part::Number];
+
+/// SW8 and the pattern of SW1 to SW7 that resets everything.
+const RESET_ALL: u16 = 0x81;
 
 /// The AG03/1 on CANopen has no "save": it keeps by itself what is written.
 const NO_1010H: usize = 5;
@@ -70,6 +97,12 @@ enum Op {
     Switch(usize),
     /// A parameter, an object, or the address.
     Write(usize),
+    /// Another node number over the bus.
+    Renumber(usize),
+    /// Another address or node number by the DIP switches.
+    Readdress(usize),
+    /// Everything from the factory by the DIP switches, which have their positions again behind that.
+    Reset(usize),
     /// 1010h:1 of a node.
     Save(usize),
     Disk(Failing),
@@ -94,6 +127,9 @@ fn op() -> impl Strategy<Value = Op> {
         2 => of.clone().prop_map(Op::Remove),
         2 => of.clone().prop_map(Op::Switch),
         12 => of.clone().prop_map(Op::Write),
+        4 => of.clone().prop_map(Op::Renumber),
+        2 => of.clone().prop_map(Op::Readdress),
+        1 => of.clone().prop_map(Op::Reset),
         6 => of.prop_map(Op::Save),
         2 => failing.prop_map(Op::Disk),
         2 => Just(Op::Disk(Failing::default())),
@@ -117,7 +153,9 @@ struct World {
     bus: Bus,
     units: BTreeMap<usize, Unit>,
     /// The values that each device may have after it has been off, the one that is safe first.
-    known: BTreeMap<usize, Vec<u32>>,
+    known: BTreeMap<(usize, Part), Vec<u32>>,
+    /// The value of each device from the factory.
+    fresh: BTreeMap<usize, u32>,
     last: u32,
     /// The disk has refused something since the last start: a station tries it again with the next change only.
     refused: bool,
@@ -190,6 +228,7 @@ impl World {
             bus: Bus::on(BaudRate::K500, Timing::Untrue),
             units: BTreeMap::new(),
             known: BTreeMap::new(),
+            fresh: BTreeMap::new(),
             last: 0,
             refused: false,
         };
@@ -223,6 +262,9 @@ impl World {
             Op::Remove(which) => self.remove(which),
             Op::Switch(which) => self.switch(which),
             Op::Write(which) => self.write(which),
+            Op::Renumber(which) => self.renumber(which),
+            Op::Readdress(which) => self.readdress(which),
+            Op::Reset(which) => self.reset(which),
             Op::Save(which) => _ = self.sdo(which, SAVE),
             Op::Disk(failing) => {
                 self.disk.fail(failing);
@@ -248,9 +290,14 @@ impl World {
         };
         assert!(!self.units.contains_key(&which), "two have one file: {which}");
         self.units.insert(which, unit);
+        for part in PARTS {
+            if let Some(found) = self.part(which, part) {
+                self.known.entry((which, part)).or_insert_with(|| vec![found]);
+            }
+        }
         let found = self.value(which).unwrap();
-        let known = self.known.entry(which).or_insert_with(|| vec![found]);
-        assert!(known.contains(&found), "{:?} has {found}, expected one of {known:?}", KINDS[which]);
+        self.fresh.entry(which).or_insert(found);
+        self.check(which);
     }
 
     fn make(&mut self, spec: &Spec) -> Result<Unit, StateDirError> {
@@ -274,6 +321,18 @@ impl World {
 
     /// The value that is kept of a device; `None`: it is not there.
     fn value(&self, which: usize) -> Option<u32> {
+        self.part(which, Part::Value)
+    }
+
+    /// The same of the node number; `None`: there is no such device, or no object.
+    fn part(&self, which: usize, part: Part) -> Option<u32> {
+        if part == Part::Number {
+            let (Some(Unit::Node(node)), Some((at, _))) = (self.units.get(&which), number_object(which))
+            else {
+                return None;
+            };
+            return Some(value_of_node(node, at));
+        }
         Some(match self.units.get(&which)? {
             Unit::Node(node) => value_of_node(node, object(which)),
             Unit::Slave(address) if KINDS[which].0 == Group::Station => address.number().into(),
@@ -298,13 +357,84 @@ impl World {
                 node.act(self.now, |device, now| device.power_on(now));
             }
             Some(Unit::Slave(address)) => {
+                let address = *address;
                 for on in [false, true] {
                     let now = self.now;
-                    self.bus.with_description(*address, |device| device.switch_supply(now, on));
+                    self.bus.with_description(address, |device| device.switch_supply(now, on));
                 }
+                self.find(which);
             }
         }
         self.check(which);
+    }
+
+    /// A station may have another address now, one of its own.
+    fn find(&mut self, which: usize) {
+        let base = spec(which).place;
+        let own = base..base + 9;
+        let there = self.bus.addresses().find(|address| own.contains(&address.number())).unwrap();
+        self.units.insert(which, Unit::Slave(there));
+    }
+
+    /// The DIP switches; `None`: it has none.
+    fn switches(&self, which: usize) -> Option<u16> {
+        let mut positions = None;
+        let mut tell = |switches: Switches<'_>| positions = Some(switches.positions);
+        match self.units.get(&which)? {
+            Unit::Node(node) => node.as_device().description().tell_switches(&mut tell),
+            Unit::Slave(address) => self.bus.description(*address)?.tell_switches(&mut tell),
+        }
+        positions
+    }
+
+    fn set_switches(&mut self, which: usize, positions: u16) {
+        match self.units.get_mut(&which) {
+            None => {}
+            Some(Unit::Node(node)) => {
+                node.act(self.now, |device, now| {
+                    device.act(now, &mut |device| device.set_switches(positions))
+                });
+            }
+            Some(Unit::Slave(address)) => {
+                self.bus.with_description(*address, |device| device.set_switches(positions));
+            }
+        }
+    }
+
+    fn readdress(&mut self, which: usize) {
+        if self.switches(which).is_none() {
+            return;
+        }
+        self.last += 1;
+        let to = u16::from(spec(which).place) + u16::try_from(self.last % 9).unwrap();
+        self.set_switches(which, to);
+        self.switch(which);
+        let found = match &self.units[&which] {
+            Unit::Node(node) => node.node_id().number(),
+            Unit::Slave(address) => address.number(),
+        };
+        assert_eq!(u16::from(found), to, "{:?} by its switches", KINDS[which]);
+    }
+
+    fn reset(&mut self, which: usize) {
+        let Some(positions) = self.switches(which) else { return };
+        let fresh = self.fresh[&which];
+        self.known.entry((which, Part::Value)).or_default().push(fresh);
+        for positions in [RESET_ALL, positions] {
+            self.set_switches(which, positions);
+            self.switch(which);
+        }
+    }
+
+    /// Writes a node number, which acts with the next start.
+    fn renumber(&mut self, which: usize) {
+        let (Some(_), Some((at, command))) = (self.units.get(&which), number_object(which)) else { return };
+        self.last += 1;
+        let number = spec(which).place + u8::try_from(10 * (self.last % 9)).unwrap();
+        let [index_low, index_high] = at.index.0.to_le_bytes();
+        self.sdo(which, [command, index_low, index_high, at.sub.0, number, 0, 0, 0]);
+        let value = self.part(which, Part::Number).unwrap();
+        self.known.entry((which, Part::Number)).or_default().push(value);
     }
 
     fn write(&mut self, which: usize) {
@@ -337,7 +467,7 @@ impl World {
             }
         }
         let value = self.value(which).unwrap();
-        self.known.entry(which).or_default().push(value);
+        self.known.entry((which, Part::Value)).or_default().push(value);
     }
 
     /// Sends it to the next address of its own.
@@ -356,9 +486,7 @@ impl World {
                 break;
             }
         }
-        let own = base..base + 9;
-        let there = self.bus.addresses().find(|address| own.contains(&address.number())).unwrap();
-        self.units.insert(which, Unit::Slave(there));
+        self.find(which);
     }
 
     /// Sends an SDO to a node: the reply, if one came.
@@ -387,9 +515,12 @@ impl World {
 
     /// What a device has now is one of the values that it may have.
     fn check(&self, which: usize) {
-        if let Some(found) = self.value(which) {
-            let known = &self.known[&which];
-            assert!(known.contains(&found), "{:?} has {found}, expected one of {known:?}", KINDS[which]);
+        for part in PARTS {
+            if let Some(found) = self.part(which, part) {
+                let known = &self.known[&(which, part)];
+                let kind = KINDS[which];
+                assert!(known.contains(&found), "{part:?} of {kind:?} is {found}, expected one of {known:?}");
+            }
         }
     }
 
@@ -415,10 +546,12 @@ impl World {
                 let done = reply == Some(SAVED) || reply == Some(NO_SAVE);
                 assert!(done, "{:?}: {reply:02X?}", KINDS[which]);
             }
-            if self.is_safe(which)
-                && let Some(value) = self.value(which)
-            {
-                self.known.insert(which, vec![value]);
+            for part in PARTS {
+                if self.is_safe(which)
+                    && let Some(value) = self.part(which, part)
+                {
+                    self.known.insert((which, part), vec![value]);
+                }
             }
         }
     }
@@ -455,13 +588,15 @@ impl World {
 
     fn restart(&mut self) {
         self.settle();
-        let safe = |which: usize| self.value(which).filter(|_| self.is_safe(which));
-        let before: Vec<_> = (0..KINDS.len()).map(safe).collect();
+        let both = (0..KINDS.len()).flat_map(|which| PARTS.map(|part| (which, part)));
+        let safe = |(which, part)| self.part(which, part).filter(|_| self.is_safe(which));
+        let before: Vec<_> = both.filter_map(|of| Some((of, safe(of)?))).collect();
         self.remove_all();
         self.drain();
         self.begin_again();
-        for (which, before) in before.into_iter().enumerate().filter(|(_, before)| before.is_some()) {
-            assert_eq!(self.value(which), before, "{:?} ended properly", KINDS[which]);
+        for ((which, part), before) in before {
+            let found = self.part(which, part);
+            assert_eq!(found, Some(before), "{part:?} of {:?} ended properly", KINDS[which]);
         }
     }
 
@@ -469,11 +604,14 @@ impl World {
         (self.state, self.refused) = (None, false);
         self.disk.revive();
         self.start();
-        for which in self.known.keys().copied().collect::<Vec<_>>() {
+        for which in self.fresh.keys().copied().collect::<Vec<_>>() {
             self.add(which);
             // Read from the disk: it stays.
-            let found = self.value(which).unwrap();
-            self.known.insert(which, vec![found]);
+            for part in PARTS {
+                if let Some(found) = self.part(which, part) {
+                    self.known.insert((which, part), vec![found]);
+                }
+            }
         }
     }
 }
@@ -507,4 +645,36 @@ fn each_kind_is_written_and_has_its_value_after_a_restart() {
         world.restart();
         assert_eq!(world.value(which), Some(written), "{:?}", KINDS[which]);
     }
+}
+
+/// They get other numbers, by the bus and by switches, and those of the bus are kept; a reset by switches is kept, too.
+#[test]
+fn each_kind_is_renumbered_and_reset_as_its_device_is() {
+    let mut world = World::new();
+    let (mut renumbered, mut reset) = (Vec::new(), Vec::new());
+    for which in 0..KINDS.len() {
+        world.add(which);
+        let before = world.part(which, Part::Number);
+        world.renumber(which);
+        let written = world.part(which, Part::Number);
+        world.restart();
+        assert_eq!(world.part(which, Part::Number), written, "{:?}", KINDS[which]);
+        if written != before {
+            let Unit::Node(node) = &world.units[&which] else { panic!("no node") };
+            assert_eq!(Some(u32::from(node.node_id().number())), written, "{:?}", KINDS[which]);
+            renumbered.push(which);
+        }
+        if world.switches(which).is_some() {
+            world.write(which);
+            assert_ne!(world.value(which), Some(world.fresh[&which]), "{:?}", KINDS[which]);
+            world.readdress(which);
+            world.settle();
+            world.reset(which);
+            assert_eq!(world.value(which), Some(world.fresh[&which]), "{:?}", KINDS[which]);
+            world.restart();
+            assert_eq!(world.value(which), Some(world.fresh[&which]), "{:?}", KINDS[which]);
+            reset.push(which);
+        }
+    }
+    assert_eq!((renumbered, reset), (vec![AP10, ASDA_A2], vec![0, 1, NO_1010H]));
 }
