@@ -8,6 +8,7 @@
 //! | `from_eds` | any node on CANopen that an EDS or a DCF describes |
 //! | `cia402_drive` | any drive of CiA 402, without a bus |
 //! | [`ppo_drive`] | any drive with variable speed of PROFIDRIVE version 2 |
+//! | [`profidrive4`] | a servo drive of PROFIdrive version 3 and 4, with DP-V1 |
 //! | `servo` | motor, load and motion of any servo drive |
 //! | `node` | [`CanopenDevice`]: what a host asks of any device on CANopen |
 //! | `plain_node` | [`PlainNode`]: any device on CANopen that has no clock of its own |
@@ -29,6 +30,8 @@ mod node;
 mod plain_node;
 mod plain_station;
 pub mod ppo_drive;
+#[cfg(feature = "std")]
+pub mod profidrive4;
 pub(crate) mod reasons;
 mod servo;
 mod station_event;

@@ -151,6 +151,8 @@ pub enum StationKind {
     GsdStation,
     /// A drive of PROFIDRIVE version 2.
     PpoDrive,
+    /// A drive of PROFIdrive version 3 and 4.
+    Profidrive,
     /// Somebody else's.
     #[default]
     Other,
@@ -163,6 +165,7 @@ impl StationKind {
             Self::Drive => "drive",
             Self::GsdStation => "gsd_station",
             Self::PpoDrive => "ppo_drive",
+            Self::Profidrive => "profidrive",
             Self::Other => "other",
         }
     }

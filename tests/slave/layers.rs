@@ -30,6 +30,8 @@ const TABLE: &[(&str, &[&str])] = &[
     ("devices::cia402_drive", &["can_bus::cia402", "devices::servo", "face", "time"]),
     ("devices::asda_a2", &["can_bus::cia402", "devices::servo", "face", "time"]),
     ("devices::ppo_drive", &[]),
+    // A servo drive with the states, faults and tables of the drive of version 2.
+    ("devices::profidrive4", &["devices::ppo_drive", "devices::servo", "time"]),
     ("devices::ppo_drive::profile", &["devices::ppo_drive", "face", "profibus::ppo"]),
     ("devices", &["can_bus", "devices", "face", "profibus", "time"]),
     ("devices::ag03::canopen", &["can_bus", "devices", "face", "image", "time"]),
@@ -39,6 +41,7 @@ const TABLE: &[(&str, &[&str])] = &[
     // On CANopen only.
     ("devices::from_eds", &["can_bus", "device_file", "devices", "eds", "face", "image", "time"]),
     ("devices::ppo_drive::profibus", &["devices", "face", "profibus", "time"]),
+    ("devices::profidrive4::profibus", &["devices", "face", "profibus", "time"]),
     // A slave at a UART: a drive, or a station of one's own. And the words of every layer for its log.
     ("embedded", &["can_bus", "devices", "face", "image", "profibus", "time"]),
     // The bits of the diagnosis.
@@ -128,7 +131,7 @@ const NAMES_A_DEVICE: &[(&str, &str)] = &[
 
 #[test]
 fn a_face_names_no_kind_of_device_but_where_it_must() {
-    let kinds = ["ag03", "ap10", "asda_a2", "cia402_drive", "from_eds", "ppo_drive"]
+    let kinds = ["ag03", "ap10", "asda_a2", "cia402_drive", "from_eds", "ppo_drive", "profidrive4"]
         .map(|kind| format!("devices::{kind}"));
     let mut unused: Vec<_> = NAMES_A_DEVICE.iter().map(|(file, _)| *file).collect();
     let mut breaches = Vec::new();

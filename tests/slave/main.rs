@@ -109,6 +109,8 @@ mod policy;
 #[cfg(feature = "std")]
 #[cfg(feature = "parameters")]
 mod ppo_drive;
+#[cfg(feature = "std")]
+mod profidrive4;
 mod quirks;
 mod references;
 mod robustness;

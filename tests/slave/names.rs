@@ -21,6 +21,8 @@ const PARTS: &[&str] = &[
     "devices/ppo_drive/profibus",
     "devices/ppo_drive/profile",
     "devices/ppo_drive",
+    "devices/profidrive4/profibus",
+    "devices/profidrive4",
     "can_bus/can",
     "can_bus/canopen",
     "can_bus/cia402",

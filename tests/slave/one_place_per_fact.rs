@@ -20,6 +20,7 @@ fn no_bit_of_a_word_is_named_by_its_number() {
         "command",
         "devices/ag03/profibus",
         "devices/ppo_drive/profibus",
+        "devices/profidrive4/profibus",
         "explain",
         "master",
         "panel",

@@ -33,6 +33,7 @@ pub(crate) struct Emulate {
             ("nodes", clap::builder::ArgPredicate::IsPresent, None),
             ("stations", clap::builder::ArgPredicate::IsPresent, None),
             ("ppo_drives", clap::builder::ArgPredicate::IsPresent, None),
+            ("profidrives", clap::builder::ArgPredicate::IsPresent, None),
             ("line", clap::builder::ArgPredicate::IsPresent, None),
         ])
     )]
@@ -43,7 +44,7 @@ pub(crate) struct Emulate {
         long,
         value_name = "FILE.toml",
         conflicts_with_all = [
-            "single", "ranges", "nodes", "stations", "ppo_drives", "force_address", "link", "baud", "slot_time", "allow_remote",
+            "single", "ranges", "nodes", "stations", "ppo_drives", "profidrives", "force_address", "link", "baud", "slot_time", "allow_remote",
             "faults", "panel", "panel_allow_remote", "metrics", "metrics_allow_remote", "state_dir", "capture", "quirks",
             "panel_files",
         ]
@@ -103,6 +104,19 @@ pub(crate) struct Emulate {
         ),
     )]
     pub(crate) ppo_drives: Vec<Spec>,
+
+    #[arg(
+        long = "profidrive",
+        id = "profidrives",
+        value_name = "SPEC",
+        value_parser = spec::profidrive,
+        help = format!(
+            "A servo drive of PROFIdrive 3 and 4 with DP-V1: {}; without telegram it takes the one that the master chooses; \
+             repeat it for more (docs/profidrive.md)",
+            Group::Profidrive.form("ADDRESS")
+        ),
+    )]
+    pub(crate) profidrives: Vec<Spec>,
 
     /// Do not listen first whether another station on a serial line has the address of a drive
     #[arg(long)]
@@ -217,6 +231,7 @@ impl Emulate {
             nodes: Vec::new(),
             stations: Vec::new(),
             ppo_drives: Vec::new(),
+            profidrives: Vec::new(),
             force_address: false,
             link,
             baud: None,
@@ -241,7 +256,7 @@ impl Emulate {
 
     /// Everybody on a line of PROFIBUS.
     pub(crate) fn slaves(&self) -> impl Iterator<Item = Spec> + '_ {
-        self.drives().chain(self.ppo_drives.iter().chain(&self.stations).cloned())
+        self.drives().chain(self.ppo_drives.iter().chain(&self.profidrives).chain(&self.stations).cloned())
     }
 
     /// Every node asked for.
@@ -318,6 +333,7 @@ impl Emulate {
             || !self.ranges.is_empty()
             || !self.stations.is_empty()
             || !self.ppo_drives.is_empty()
+            || !self.profidrives.is_empty()
         {
             return Err(
                 "drives and stations are on PROFIBUS and nodes on CAN; start one emulator with --drive and another with \
@@ -379,7 +395,7 @@ impl Emulate {
         let mut addresses: BTreeSet<Address> = BTreeSet::new();
         if let Some(twice) = self.slaves().find(|slave| !addresses.insert(slave.address())) {
             let (what, each) = match twice.device.group() {
-                Group::Drive | Group::PpoDrive => ("drives", "each drive"),
+                Group::Drive | Group::PpoDrive | Group::Profidrive => ("drives", "each drive"),
                 Group::Station | Group::Node => ("stations", "each"),
             };
             return Err(format!("two {what} have address {}; give {each} its own", twice.place));
@@ -443,6 +459,7 @@ Examples:
   profidrive emulate --link pty:/tmp/bus --baud 500000
   profidrive emulate --drive 5 --station 7,gsd=valves.gsd --station 9,gsd=valves.gsd
   profidrive emulate --ppo-drive 7,ppo=1,parameters=drive.toml
+  profidrive emulate --profidrive 8,telegram=1
   profidrive emulate --state-dir ~/drives
   profidrive emulate --line line.toml
   profidrive emulate --node 5,device=ap10 --node 6,device=asda-a2 --link slcan-tcp:127.0.0.1:5000

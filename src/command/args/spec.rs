@@ -1,4 +1,4 @@
-//! `--drive`, `--drives`, `--ppo-drive`, `--station`, `--node`, `--quirk`: devices as asked for.
+//! `--drive`, `--drives`, `--ppo-drive`, `--profidrive`, `--station`, `--node`, `--quirk`: devices as asked for.
 
 use core::str::FromStr;
 
@@ -14,6 +14,10 @@ use super::nearest;
 
 pub(crate) fn drive(text: &str) -> Result<Spec, String> {
     Spec::parse(Group::Drive, text).map_err(|wrong| wrong.words)
+}
+
+pub(crate) fn profidrive(text: &str) -> Result<Spec, String> {
+    Spec::parse(Group::Profidrive, text).map_err(|wrong| wrong.words)
 }
 
 pub(crate) fn ppo_drive(text: &str) -> Result<Spec, String> {

@@ -34,8 +34,9 @@ pub(super) fn slaves(
 ) -> Result<Vec<SlavePlan>, Wrong> {
     let drives = specs(place, &table.drive)?;
     let ppo_drives = specs(place, &table.ppo_drive)?;
+    let profidrives = specs(place, &table.profidrive)?;
     let stations = specs(place, &table.station)?;
-    let mut all: Vec<_> = drives.into_iter().chain(ppo_drives).chain(stations).collect();
+    let mut all: Vec<_> = drives.into_iter().chain(ppo_drives).chain(profidrives).chain(stations).collect();
     distinct(
         &mut all.iter().map(|(start, path, spec)| (*start, path, spec)).collect(),
         "stations have address",

@@ -81,7 +81,7 @@ pub(super) fn plan(number: usize, line: &At<LineTable>, folder: &Path) -> Result
     let faults =
         table.fault.iter().map(|table| fault(table, bus, &there, &stations)).collect::<Result<_, _>>()?;
     if addresses.is_empty() && table.node.is_empty() {
-        let words = "the line has no station; expected [[line.drive]], [[line.ppo-drive]], [[line.station]] or [[line.node]]";
+        let words = "the line has no station; expected [[line.drive]], [[line.ppo-drive]], [[line.profidrive]], [[line.station]] or [[line.node]]";
         return Err(Wrong::at(line.span(), words));
     }
     if let Some(place) = slave_tables(table).next().filter(|_| is_can) {
@@ -148,7 +148,9 @@ pub(super) fn time(text: &At<String>) -> Result<Duration, Wrong> {
 /// Where the tables of devices on PROFIBUS are.
 fn slave_tables(table: &LineTable) -> impl Iterator<Item = Range<usize>> {
     let drives = table.drive.iter().map(At::span);
-    drives.chain(table.ppo_drive.iter().map(At::span)).chain(table.station.iter().map(At::span))
+    let drives =
+        drives.chain(table.ppo_drive.iter().map(At::span)).chain(table.profidrive.iter().map(At::span));
+    drives.chain(table.station.iter().map(At::span))
 }
 
 /// A fault. `there` are the stations or nodes of the line.

@@ -76,7 +76,7 @@ pub(super) fn rules_of_file(schema: &mut Schema) {
 }
 
 pub(super) fn rules_of_line(schema: &mut Schema) {
-    let slaves = [Group::Drive, Group::PpoDrive, Group::Station].map(Group::name);
+    let slaves = [Group::Drive, Group::PpoDrive, Group::Profidrive, Group::Station].map(Group::name);
     let none = |groups: &[&str]| groups.iter().map(|group| ((*group).to_owned(), json!(false))).collect();
     let (no_slaves, no_nodes): (Map<_, _>, Map<_, _>) = (none(&slaves), none(&[Group::Node.name()]));
     let there: Vec<_> = Group::ALL.map(|group| json!({ "required": [group.name()] })).into();
@@ -133,6 +133,7 @@ const fn about(group: Group) -> &'static str {
     match group {
         Group::Drive => "A drive.",
         Group::PpoDrive => "A drive with variable speed of PROFIDRIVE version 2.",
+        Group::Profidrive => "A servo drive of PROFIdrive 3 and 4, with DP-V1.",
         Group::Station => "A station that a GSD describes.",
         Group::Node => "A CANopen node.",
     }

@@ -74,6 +74,9 @@ pub(super) struct LineTable {
     /// Drives with variable speed of PROFIDRIVE version 2 (docs/ppo-drive.md).
     #[serde(default)]
     pub(super) ppo_drive: Vec<At<DeviceTable<PpoDrive>>>,
+    /// Servo drives of PROFIdrive 3 and 4, with DP-V1 (docs/profidrive.md).
+    #[serde(default)]
+    pub(super) profidrive: Vec<At<DeviceTable<Profidrive>>>,
     /// Stations that a GSD describes.
     #[serde(default)]
     pub(super) station: Vec<At<DeviceTable<Station>>>,
@@ -110,6 +113,10 @@ pub(super) struct Drive;
 #[derive(Debug)]
 pub(super) struct PpoDrive;
 
+/// [`Group::Profidrive`].
+#[derive(Debug)]
+pub(super) struct Profidrive;
+
 /// [`Group::Station`].
 #[derive(Debug)]
 pub(super) struct Station;
@@ -124,6 +131,10 @@ impl OfGroup for Drive {
 
 impl OfGroup for PpoDrive {
     const GROUP: Group = Group::PpoDrive;
+}
+
+impl OfGroup for Profidrive {
+    const GROUP: Group = Group::Profidrive;
 }
 
 impl OfGroup for Station {

@@ -47,7 +47,7 @@ impl Command {
     }
 
     /// The inching speed that is asked for. Both at once are none.
-    pub(super) const fn inching(&self) -> Option<Inching> {
+    pub(crate) const fn inching(&self) -> Option<Inching> {
         match (self.inching_1, self.inching_2) {
             (true, false) => Some(Inching::One),
             (false, true) => Some(Inching::Two),
@@ -56,7 +56,7 @@ impl Command {
     }
 
     /// None of the bits that let the setpoint through: inching wants that.
-    pub(super) const fn setpoint_is_locked(&self) -> bool {
+    pub(crate) const fn setpoint_is_locked(&self) -> bool {
         !self.enable_ramp && !self.run_ramp && !self.enable_setpoint
     }
 }

@@ -46,10 +46,22 @@ const SLOTS: usize = 8;
 /// Occasions kept: the present one and seven before.
 const OCCASIONS: usize = 8;
 
-/// The fault buffer: eight occasions of eight faults. 0 is no fault.
+/// What a fault buffer notes of a fault; the default is none.
+pub trait Noted: Copy + Default {
+    /// The number of the fault, 0: none.
+    fn number(&self) -> u16;
+}
+
+impl Noted for u16 {
+    fn number(&self) -> u16 {
+        *self
+    }
+}
+
+/// The fault buffer: eight occasions of eight faults. Of each fault its number, or more.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct FaultBuffer {
-    occasions: [[u16; SLOTS]; OCCASIONS],
+pub struct FaultBuffer<F = u16> {
+    occasions: [[F; SLOTS]; OCCASIONS],
     /// Changes of the buffer (PNU 944).
     messages: u16,
     /// Occasions (PNU 952).
@@ -62,7 +74,14 @@ impl FaultBuffer {
 
     /// The number at a sub-index from 1 to 64; `None` outside.
     pub fn number(&self, subindex: u8) -> Option<u16> {
-        let at = usize::from(subindex.checked_sub(1)?);
+        self.noted(subindex.checked_sub(1)?)
+    }
+}
+
+impl<F: Noted> FaultBuffer<F> {
+    /// What is noted at a place from 0 to 63; `None` outside.
+    pub(crate) fn noted(&self, place: u8) -> Option<F> {
+        let at = usize::from(place);
         self.occasions.get(at / SLOTS)?.get(at % SLOTS).copied()
     }
 
@@ -77,34 +96,34 @@ impl FaultBuffer {
     }
 
     /// Another fault of the present occasion. One that is there, or the ninth, is not noted again.
-    pub(super) fn note(&mut self, number: u16) {
+    pub(crate) fn note(&mut self, fault: F) {
         let [present, ..] = &mut self.occasions;
-        if present.contains(&number) {
+        if present.iter().any(|noted| noted.number() == fault.number()) {
             return;
         }
-        if let Some(place) = present.iter().position(|slot| *slot == 0) {
+        if let Some(place) = present.iter().position(|slot| slot.number() == 0) {
             if place == 0 {
                 self.count = self.count.saturating_add(1);
             }
-            present.iter_mut().skip(place).take(1).for_each(|slot| *slot = number);
+            present.iter_mut().skip(place).take(1).for_each(|slot| *slot = fault);
             self.messages = self.messages.wrapping_add(1);
         }
     }
 
     /// The present occasion is over.
-    pub(super) fn acknowledge(&mut self) {
+    pub(crate) fn acknowledge(&mut self) {
         self.occasions.rotate_right(1);
         let [present, ..] = &mut self.occasions;
-        *present = [0; SLOTS];
+        *present = Default::default();
         self.messages = self.messages.wrapping_add(1);
     }
 
     /// Forgets what was acknowledged (0 is written to PNU 952).
-    pub(super) fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         let [_, acknowledged @ ..] = &mut self.occasions;
         *acknowledged = Default::default();
         let [present, ..] = &self.occasions;
-        self.count = u16::from(*present != [0; SLOTS]);
+        self.count = u16::from(present.iter().any(|fault| fault.number() != 0));
         self.messages = self.messages.wrapping_add(1);
     }
 }

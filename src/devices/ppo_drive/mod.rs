@@ -45,7 +45,7 @@ use core::time::Duration;
 use heapless::Deque;
 
 pub use command::{Command, Inching};
-pub use faults::{Fault, FaultBuffer, Warnings};
+pub use faults::{Fault, FaultBuffer, Noted, Warnings};
 pub use quantity::{Quantity, SetError};
 pub use settings::Settings;
 pub use states::{Off, State};

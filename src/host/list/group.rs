@@ -12,6 +12,8 @@ pub enum Group {
     Drive,
     /// Drives of the profile, on PROFIBUS: `--ppo-drive`.
     PpoDrive,
+    /// Drives of PROFIdrive 3 and 4, on PROFIBUS: `--profidrive`.
+    Profidrive,
     /// What a file describes, on PROFIBUS: `--station`.
     Station,
     /// Nodes on CANopen: `--node`.
@@ -20,13 +22,14 @@ pub enum Group {
 
 impl Group {
     /// Every group.
-    pub const ALL: [Self; 4] = [Self::Drive, Self::PpoDrive, Self::Station, Self::Node];
+    pub const ALL: [Self; 5] = [Self::Drive, Self::PpoDrive, Self::Profidrive, Self::Station, Self::Node];
 
     /// Its table in TOML; with `--` its option.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Drive => "drive",
             Self::PpoDrive => "ppo-drive",
+            Self::Profidrive => "profidrive",
             Self::Station => "station",
             Self::Node => "node",
         }
@@ -35,7 +38,7 @@ impl Group {
     /// The key of the place on the bus.
     pub(crate) const fn place_key(self) -> &'static str {
         match self {
-            Self::Drive | Self::PpoDrive | Self::Station => "address",
+            Self::Drive | Self::PpoDrive | Self::Profidrive | Self::Station => "address",
             Self::Node => "id",
         }
     }
@@ -44,7 +47,7 @@ impl Group {
     pub(crate) const fn device_key(self) -> &'static str {
         match self {
             Self::Drive => "model",
-            Self::PpoDrive | Self::Station | Self::Node => "device",
+            Self::PpoDrive | Self::Profidrive | Self::Station | Self::Node => "device",
         }
     }
 
@@ -91,7 +94,7 @@ impl Group {
     /// What its place is called, and in a form.
     const fn place(self) -> (&'static str, &'static str) {
         match self {
-            Self::Drive | Self::PpoDrive | Self::Station => ("address", "ADDRESS"),
+            Self::Drive | Self::PpoDrive | Self::Profidrive | Self::Station => ("address", "ADDRESS"),
             Self::Node => ("node number", "ID"),
         }
     }
@@ -122,14 +125,18 @@ impl Group {
         }
         let number = text.parse().ok().filter(|number| self.has_place(*number));
         number.ok_or_else(|| match self {
-            Self::Drive | Self::PpoDrive | Self::Station => format!("address {text} is outside 0 to 126"),
+            Self::Drive | Self::PpoDrive | Self::Profidrive | Self::Station => {
+                format!("address {text} is outside 0 to 126")
+            }
             Self::Node => format!("node number {text} is outside 1 to 127"),
         })
     }
 
     fn has_place(self, number: u8) -> bool {
         match self {
-            Self::Drive | Self::PpoDrive | Self::Station => Address::station(number).is_ok(),
+            Self::Drive | Self::PpoDrive | Self::Profidrive | Self::Station => {
+                Address::station(number).is_ok()
+            }
             Self::Node => NodeId::new(number).is_ok(),
         }
     }

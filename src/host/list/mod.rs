@@ -8,7 +8,7 @@
 //! | `spec` | [`Spec`]: one specification for `a,k=v`, TOML and JSON |
 //! | `objects` | what moves the inputs of nodes |
 //! | `node_files` | nodes that a file describes |
-//! | `slaves` | how the devices on PROFIBUS are made |
+//! | `slaves`, `profidrive4` | how the devices on PROFIBUS are made |
 //! | `timed` | the diagnosis of a station on the time line |
 //! | `signals`, `inputs` | the kinds of signals; the inputs of a station that follow them |
 //! | `named` | parameters by number or name |
@@ -22,6 +22,7 @@ pub(crate) mod inputs;
 pub mod named;
 mod node_files;
 pub(crate) mod objects;
+mod profidrive4;
 #[cfg(all(test, feature = "cli"))]
 mod schema;
 #[cfg(all(test, feature = "cli"))]
@@ -49,6 +50,7 @@ use crate::devices::ap10;
 use crate::devices::ap10::canopen::Ap10;
 use crate::devices::asda_a2;
 use crate::devices::asda_a2::canopen::{AsdaA2, Level};
+use crate::devices::profidrive4::profibus::Telegram;
 use crate::host::can::Product;
 use crate::profibus::fdl::Rates;
 use choice::rows;
@@ -99,6 +101,35 @@ pub static DEVICES: &[Device] = &[
         ],
         quirks: Vec::new,
         prepare: slaves::ppo_drive,
+    }),
+    Device::Slave(Slave {
+        name: "profidrive",
+        group: Group::Profidrive,
+        choices: &[
+            Choice::of(
+                "telegram",
+                Takes::OneOf(Telegram::WORDS, None),
+                "Only this telegram is accepted; unless given the master chooses.",
+            ),
+            Choice::of(
+                "ident",
+                Takes::Hexadecimal,
+                "The ident number without a GSD, four hexadecimal digits; 5034 unless given.",
+            ),
+            Choice::of(
+                "gsd",
+                Takes::File(&[]),
+                "The device file of the drive; gsd/PDRV5034.GSD unless given.",
+            ),
+            Choice::of(
+                "parameters",
+                Takes::File(&["toml", "csv"]),
+                "The table of its parameters beside those that every drive has, .toml or .csv.",
+            ),
+            VALUES,
+        ],
+        quirks: Vec::new,
+        prepare: profidrive4::prepare,
     }),
     Device::Slave(Slave {
         name: "gsd-station",

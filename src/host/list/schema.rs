@@ -15,7 +15,7 @@ impl Group {
     /// The schema of a specification of the group, its own keys in `more`.
     pub(crate) fn schema(self) -> Value {
         let (least, most) = match self {
-            Self::Drive | Self::PpoDrive | Self::Station => (0, 126),
+            Self::Drive | Self::PpoDrive | Self::Profidrive | Self::Station => (0, 126),
             Self::Node => (1, 127),
         };
         let place = json!({ "description": std::format!("{least} to {most}."), "type": "integer", "minimum": least, "maximum": most });
@@ -37,7 +37,7 @@ impl Group {
         let mut schema = json!({
             "type": "object", "additionalProperties": false, "properties": properties, "required": required
         });
-        if let (Self::PpoDrive, Some(schema)) = (self, schema.as_object_mut()) {
+        if let (Self::PpoDrive | Self::Profidrive, Some(schema)) = (self, schema.as_object_mut()) {
             schema.insert("allOf".to_owned(), json!([{ "not": { "required": ["gsd", "ident"] } }]));
         }
         if let Some(quirks) = schema.pointer_mut("/properties/quirks").and_then(Value::as_object_mut)

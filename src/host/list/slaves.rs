@@ -10,6 +10,8 @@ use super::{Choice, Choices, Group, QuirkRow, Spec, Wrong, inputs, named, timed}
 use crate::devices::ag03::param::{self, Access, Model, Pnu, Value, Width};
 use crate::devices::ag03::profibus::{Config, Device, Gear, QUIRKS};
 use crate::devices::ppo_drive::profibus::{CONFIGURATIONS, Family, IDENT_NUMBER, PpoDrive, PpoOnly, Shape};
+#[cfg(feature = "parameters")]
+use crate::devices::ppo_drive::table::TableError;
 use crate::devices::ppo_drive::table::{Row, Table};
 use crate::devices::ppo_drive::{Drive, Settings};
 use crate::gsd::{Level, Module, Policy, Station, did_you_mean};
@@ -257,7 +259,7 @@ fn plugged(station: Station, names: &[String]) -> Result<Station, Wrong> {
 }
 
 /// The station of a file; what is odd about the file is logged.
-fn station(file: &Path, policy: Policy) -> Result<Station, String> {
+pub(super) fn station(file: &Path, policy: Policy) -> Result<Station, String> {
     let gsd = gsd_of_file(file)?;
     let name = file.display();
     for hint in gsd.hints.iter().filter(|hint| hint.level == Level::Warning) {
@@ -426,17 +428,27 @@ fn records_of_file(file: &Path) -> Result<StationRecords, String> {
 /// What is wrong with it, with its name.
 #[cfg(feature = "parameters")]
 pub fn table_of_file(file: &Path) -> Result<Table, String> {
+    let table = of_file(file, Table::from_toml, Table::from_csv)?;
+    try_out(&table).map_err(|words| format!("{}: {words}", file.display()))?;
+    Ok(table)
+}
+
+/// What is in a table of parameters, by the ending of its name.
+#[cfg(feature = "parameters")]
+pub(super) fn of_file<T>(
+    file: &Path,
+    toml: fn(&str) -> Result<T, TableError>,
+    csv: fn(&str) -> Result<T, TableError>,
+) -> Result<T, String> {
     let name = file.display();
     let text = std::fs::read_to_string(file).map_err(|error| format!("cannot read {name}: {error}"))?;
     let extension = file.extension().and_then(|extension| extension.to_str()).map(str::to_lowercase);
     let table = match extension.as_deref() {
-        Some("toml") => Table::from_toml(&text),
-        Some("csv") => Table::from_csv(&text),
+        Some("toml") => toml(&text),
+        Some("csv") => csv(&text),
         Some(_) | None => return Err(format!("{name}: the name of a table ends in .toml or .csv")),
     };
-    let table = table.map_err(|error| format!("{name}: {error}"))?;
-    try_out(&table).map_err(|words| format!("{name}: {words}"))?;
-    Ok(table)
+    table.map_err(|error| format!("{name}: {error}"))
 }
 
 /// Reads nothing: the feature `parameters` is off.
@@ -445,10 +457,14 @@ pub fn table_of_file(file: &Path) -> Result<Table, String> {
 /// That.
 #[cfg(not(feature = "parameters"))]
 pub fn table_of_file(file: &Path) -> Result<Table, String> {
-    Err(format!(
-        "{}: this program reads no tables of parameters; build it with the feature parameters",
-        file.display()
-    ))
+    Err(no_tables(file))
+}
+
+/// Why a table is not read.
+#[cfg(not(feature = "parameters"))]
+pub(super) fn no_tables(file: &Path) -> String {
+    let name = file.display();
+    format!("{name}: this program reads no tables of parameters; build it with the feature parameters")
 }
 
 /// Whether the drive takes what its parameters begin with.

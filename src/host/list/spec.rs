@@ -50,7 +50,9 @@ impl Spec {
         let (place, rest) = match (is_key, group) {
             (false, _) => (place.to_owned(), rest),
             (true, Group::Node) => (number_of_file(text, group)?, Some(text)),
-            (true, Group::Drive | Group::PpoDrive | Group::Station) => return Err(group.without_place()),
+            (true, Group::Drive | Group::PpoDrive | Group::Profidrive | Group::Station) => {
+                return Err(group.without_place());
+            }
         };
         let mut given = vec![(group.place_key().to_owned(), Given::Text(place))];
         let inputs = group.choices().into_iter().find(|choice| choice.takes == Takes::Inputs);

@@ -10,20 +10,28 @@ pub const FIELDS: [&str; 11] =
     ["pnu", "name", "type", "elements", "min", "max", "default", "unit", "scale", "access", "tie"];
 
 /// The fields of one row, each with its line. An empty field is one that is not given.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Fields {
     line: usize,
+    /// The highest number that a parameter can have.
+    most_pnu: u16,
     given: BTreeMap<String, (usize, String)>,
 }
 
 impl Fields {
     /// The fields of a row that is on one line.
     pub fn new<'a>(line: usize, fields: impl IntoIterator<Item = (&'a str, &'a str)>) -> Self {
-        let mut this = Self { line, given: BTreeMap::new() };
+        let mut this = Self { line, most_pnu: MAX_PNU, given: BTreeMap::new() };
         for (name, text) in fields {
             this.put(line, name, text.to_owned());
         }
         this
+    }
+
+    /// The same of a parameter whose number is at most this, not that of a job.
+    #[cfg(feature = "parameters")]
+    pub(super) fn up_to(self, most_pnu: u16) -> Self {
+        Self { most_pnu, ..self }
     }
 
     /// A field more.
@@ -118,10 +126,11 @@ fn pnu(fields: &Fields) -> Result<u16, TableError> {
     let number = fields.number("pnu")?.unwrap_or(0.0);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "compared")]
     let pnu = number as u16;
-    if f64::from(pnu) == number && (1..=MAX_PNU).contains(&pnu) {
+    if f64::from(pnu) == number && (1..=fields.most_pnu).contains(&pnu) {
         return Ok(pnu);
     }
-    Err(fields.error("pnu", format!("pnu {number} is outside 1 to {MAX_PNU}, which is what a job can name")))
+    let most = fields.most_pnu;
+    Err(fields.error("pnu", format!("pnu {number} is outside 1 to {most}, which is what a job can name")))
 }
 
 fn kind(fields: &Fields) -> Result<Kind, TableError> {

@@ -17,39 +17,7 @@ impl Table {
     /// # Errors
     /// [`TableError`] with the line.
     pub fn from_toml(text: &str) -> Result<Self, TableError> {
-        let line = |at: usize| 1 + text.get(..at).unwrap_or(text).matches('\n').count();
-        let root = DeTable::parse(text).map_err(|error| TableError {
-            line: error.span().map_or(1, |span| line(span.start)),
-            what: format!("this is no TOML: {}", error.message()),
-        })?;
-        let mut rows = Vec::new();
-        for (key, value) in root.get_ref() {
-            let at = line(key.span().start);
-            let DeValue::Array(list) =
-                (if key.get_ref() == "parameter" { value.get_ref() } else { &DeValue::Boolean(false) })
-            else {
-                let what =
-                    format!("'{}' is not known here; a parameter begins with [[parameter]]", key.get_ref());
-                return Err(TableError { line: at, what });
-            };
-            for entry in list {
-                let at = line(entry.span().start);
-                let DeValue::Table(table) = entry.get_ref() else {
-                    return Err(TableError {
-                        line: at,
-                        what: "a parameter begins with [[parameter]]".to_owned(),
-                    });
-                };
-                let mut fields = Fields::new(at, []);
-                for (name, value) in table {
-                    let at = line(value.span().start);
-                    let text = text_of(value.get_ref()).map_err(|what| TableError { line: at, what })?;
-                    fields.put(line(name.span().start), name.get_ref(), text);
-                }
-                rows.push(fields);
-            }
-        }
-        of_fields(rows)
+        of_fields(fields_of_toml(text)?)
     }
 
     /// The parameters of a CSV file: the first line names the columns, which are [`FIELDS`](super::FIELDS) in any order;
@@ -58,39 +26,110 @@ impl Table {
     /// # Errors
     /// [`TableError`] with the line.
     pub fn from_csv(text: &str) -> Result<Self, TableError> {
-        let text = text.trim_start_matches('\u{FEFF}');
-        let first = text.lines().find(|line| !line.starts_with('#')).unwrap_or_default();
-        let delimiter = if first.contains(';') { b';' } else { b',' };
-        let mut reader = csv::ReaderBuilder::new()
-            .delimiter(delimiter)
-            .comment(Some(b'#'))
-            .trim(csv::Trim::All)
-            .from_reader(text.as_bytes());
-        let wrong = |error: &csv::Error| {
-            let line = error.position().map_or(1, csv::Position::line);
-            let what = if let csv::ErrorKind::UnequalLengths { expected_len, len, .. } = error.kind() {
-                format!(
-                    "this line has {len} columns and the first one {expected_len}; a text with a separator belongs in quotes"
-                )
-            } else {
-                format!("this is no CSV: {error}")
-            };
-            TableError { line: usize::try_from(line).unwrap_or(usize::MAX), what }
-        };
-        let names = reader.headers().map_err(|error| wrong(&error))?.clone();
-        let mut rows = Vec::new();
-        for record in reader.records() {
-            let record = record.map_err(|error| wrong(&error))?;
-            let line = record.position().map_or(1, csv::Position::line);
-            let line = usize::try_from(line).unwrap_or(usize::MAX);
-            rows.push(Fields::new(line, names.iter().zip(&record)));
-        }
-        of_fields(rows)
+        of_fields(fields_of_csv(text)?)
     }
+}
+
+impl Row {
+    /// The parameters of a TOML file alone, with numbers up to 65535.
+    ///
+    /// # Errors
+    /// As [`Table::from_toml`].
+    pub(crate) fn all_of_toml(text: &str) -> Result<Vec<Self>, TableError> {
+        all(fields_of_toml(text)?)
+    }
+
+    /// The parameters of a CSV file alone, with numbers up to 65535.
+    ///
+    /// # Errors
+    /// As [`Table::from_csv`].
+    pub(crate) fn all_of_csv(text: &str) -> Result<Vec<Self>, TableError> {
+        all(fields_of_csv(text)?)
+    }
+}
+
+/// The rows of a file, each number once.
+fn all(fields: Vec<Fields>) -> Result<Vec<Row>, TableError> {
+    let fields: Vec<_> = fields.into_iter().map(|fields| fields.up_to(u16::MAX)).collect();
+    let rows = fields.iter().map(Row::of).collect::<Result<Vec<_>, _>>()?;
+    of_fields_checked(&fields, rows.clone())?;
+    Ok(rows)
+}
+
+fn fields_of_toml(text: &str) -> Result<Vec<Fields>, TableError> {
+    let line = |at: usize| 1 + text.get(..at).unwrap_or(text).matches('\n').count();
+    let root = DeTable::parse(text).map_err(|error| TableError {
+        line: error.span().map_or(1, |span| line(span.start)),
+        what: format!("this is no TOML: {}", error.message()),
+    })?;
+    let mut rows = Vec::new();
+    for (key, value) in root.get_ref() {
+        let at = line(key.span().start);
+        let DeValue::Array(list) =
+            (if key.get_ref() == "parameter" { value.get_ref() } else { &DeValue::Boolean(false) })
+        else {
+            let what =
+                format!("'{}' is not known here; a parameter begins with [[parameter]]", key.get_ref());
+            return Err(TableError { line: at, what });
+        };
+        for entry in list {
+            let at = line(entry.span().start);
+            let DeValue::Table(table) = entry.get_ref() else {
+                return Err(TableError {
+                    line: at,
+                    what: "a parameter begins with [[parameter]]".to_owned(),
+                });
+            };
+            let mut fields = Fields::new(at, []);
+            for (name, value) in table {
+                let at = line(value.span().start);
+                let text = text_of(value.get_ref()).map_err(|what| TableError { line: at, what })?;
+                fields.put(line(name.span().start), name.get_ref(), text);
+            }
+            rows.push(fields);
+        }
+    }
+    Ok(rows)
+}
+
+fn fields_of_csv(text: &str) -> Result<Vec<Fields>, TableError> {
+    let text = text.trim_start_matches('\u{FEFF}');
+    let first = text.lines().find(|line| !line.starts_with('#')).unwrap_or_default();
+    let delimiter = if first.contains(';') { b';' } else { b',' };
+    let mut reader = csv::ReaderBuilder::new()
+        .delimiter(delimiter)
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .from_reader(text.as_bytes());
+    let wrong = |error: &csv::Error| {
+        let line = error.position().map_or(1, csv::Position::line);
+        let what = if let csv::ErrorKind::UnequalLengths { expected_len, len, .. } = error.kind() {
+            format!(
+                "this line has {len} columns and the first one {expected_len}; a text with a separator belongs in quotes"
+            )
+        } else {
+            format!("this is no CSV: {error}")
+        };
+        TableError { line: usize::try_from(line).unwrap_or(usize::MAX), what }
+    };
+    let names = reader.headers().map_err(|error| wrong(&error))?.clone();
+    let mut rows = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(|error| wrong(&error))?;
+        let line = record.position().map_or(1, csv::Position::line);
+        let line = usize::try_from(line).unwrap_or(usize::MAX);
+        rows.push(Fields::new(line, names.iter().zip(&record)));
+    }
+    Ok(rows)
 }
 
 fn of_fields(fields: Vec<Fields>) -> Result<Table, TableError> {
     let rows = fields.iter().map(Row::of).collect::<Result<Vec<_>, _>>()?;
+    of_fields_checked(&fields, rows)
+}
+
+/// The table of these rows, each of these fields.
+fn of_fields_checked(fields: &[Fields], rows: Vec<Row>) -> Result<Table, TableError> {
     Table::new(rows).map_err(|error| TableError {
         line: error.line.checked_sub(1).and_then(|place| fields.get(place)).map_or(1, Fields::line),
         ..error

@@ -1,0 +1,82 @@
+//! News of the drive on PROFIBUS.
+
+use core::fmt;
+
+use crate::devices::profidrive4;
+use crate::face::{DeviceEvent, EventKind};
+use crate::profibus::dpv1::base_mode::{ParameterAddress, ParameterError, Service};
+
+/// What happened in a drive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Event {
+    /// In the drive.
+    Drive(profidrive4::Event),
+    /// Parameters were changed by record 47.
+    Changed {
+        /// Which.
+        address: ParameterAddress,
+    },
+    /// A request of record 47 was answered with an error.
+    Refused {
+        /// What was asked.
+        service: Service,
+        /// Of which parameter.
+        address: ParameterAddress,
+        /// Why not.
+        error: ParameterError,
+        /// The sub-index, if the error names one.
+        info: u16,
+    },
+    /// The parameters were stored (PNU 971).
+    Stored,
+    /// They could not be stored.
+    NotStored,
+    /// The drive starts again (PNU 972).
+    Reset,
+}
+
+impl DeviceEvent for Event {
+    fn kind(&self) -> EventKind {
+        match self {
+            Self::Drive(profidrive4::Event::Fault(_)) => EventKind::Fault,
+            Self::Drive(profidrive4::Event::JogRefused) => EventKind::CommandRefused,
+            Self::Drive(_) => EventKind::Drive,
+            Self::Changed { .. } | Self::Stored | Self::NotStored => EventKind::Parameter,
+            Self::Refused { .. } => EventKind::JobRefused,
+            Self::Reset => EventKind::Power,
+        }
+    }
+}
+
+impl fmt::Display for Event {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Drive(event) => event.fmt(f),
+            Self::Changed { address: ParameterAddress { pnu, elements, subindex, .. } } => {
+                write!(f, "record 47 changed PNU {pnu}")?;
+                match elements {
+                    0 | 1 if *subindex == 0 => Ok(()),
+                    0 | 1 => write!(f, ".{subindex}"),
+                    more => write!(f, ", {more} elements from {subindex}"),
+                }
+            }
+            Self::Refused { service, address: ParameterAddress { pnu, subindex, .. }, error, info } => {
+                let verb = match service {
+                    Service::Read => "read",
+                    Service::Change => "change",
+                    Service::Unknown(_) => "answer",
+                };
+                write!(f, "record 47 does not {verb} PNU {pnu}.{subindex}: error {:02X}h", error.0)?;
+                write!(f, ", {}", error.words())?;
+                if error.names_subindex() { write!(f, " (sub-index {info})") } else { Ok(()) }
+            }
+            Self::Stored => f.write_str("parameters stored (PNU 971)"),
+            Self::NotStored => f.write_str(
+                "the parameters could not be stored (PNU 971), the values of before stay; next: check the disk, write 1 to PNU \
+                 971 again",
+            ),
+            Self::Reset => f.write_str("the drive starts again with the stored parameters (PNU 972)"),
+        }
+    }
+}

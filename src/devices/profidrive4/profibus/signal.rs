@@ -1,0 +1,75 @@
+//! The signals of process data: name, number, and how many words each has (`dp-v1.md` 9.2).
+
+macro_rules! signals {
+    ($($signal:ident = $number:literal: $name:literal, $words:literal, $about:literal;)*) => {
+        /// A signal of the process data.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum Signal {
+            $(
+                #[doc = concat!($name, ": ", $about, ".")]
+                $signal,
+            )*
+        }
+
+        impl Signal {
+            /// Every signal.
+            pub const ALL: &'static [Self] = &[$(Self::$signal),*];
+
+            /// Its number (PNU 915, 916, 923); 0 of a word that is free.
+            pub const fn number(self) -> u16 {
+                match self { $(Self::$signal => $number,)* }
+            }
+
+            /// Its name.
+            pub const fn name(self) -> &'static str {
+                match self { $(Self::$signal => $name,)* }
+            }
+
+            /// Its name for programs, as `stw1`.
+            pub(super) fn key(self) -> String {
+                self.name().to_lowercase()
+            }
+
+            /// How many words it has.
+            pub const fn words(self) -> usize {
+                match self { $(Self::$signal => $words,)* }
+            }
+
+            /// What it is.
+            pub const fn about(self) -> &'static str {
+                match self { $(Self::$signal => $about,)* }
+            }
+        }
+    };
+}
+
+signals! {
+    Free = 0: "free", 1, "a word that is not used";
+    Stw1 = 1: "STW1", 1, "control word 1";
+    Zsw1 = 2: "ZSW1", 1, "status word 1";
+    Stw2 = 3: "STW2", 1, "control word 2";
+    Zsw2 = 4: "ZSW2", 1, "status word 2";
+    NsollA = 5: "NSOLL_A", 1, "speed setpoint";
+    NistA = 6: "NIST_A", 1, "actual speed";
+    NsollB = 7: "NSOLL_B", 2, "speed setpoint";
+    NistB = 8: "NIST_B", 2, "actual speed";
+    G1Stw = 9: "G1_STW", 1, "control word of encoder 1";
+    G1Zsw = 10: "G1_ZSW", 1, "status word of encoder 1";
+    G1Xist1 = 11: "G1_XIST1", 2, "actual value 1 of encoder 1";
+    G1Xist2 = 12: "G1_XIST2", 2, "actual value 2 of encoder 1";
+    G2Stw = 13: "G2_STW", 1, "control word of encoder 2";
+    G2Zsw = 14: "G2_ZSW", 1, "status word of encoder 2";
+    G2Xist1 = 15: "G2_XIST1", 2, "actual value 1 of encoder 2";
+    G2Xist2 = 16: "G2_XIST2", 2, "actual value 2 of encoder 2";
+    Xerr = 25: "XERR", 2, "position deviation";
+    Kpc = 26: "KPC", 2, "gain of the position controller";
+    IaistGlatt = 52: "IAIST_GLATT", 1, "actual current, smoothed";
+    MistGlatt = 53: "MIST_GLATT", 1, "actual torque, smoothed";
+    PistGlatt = 54: "PIST_GLATT", 1, "actual power, smoothed";
+    NistAGlatt = 57: "NIST_A_GLATT", 1, "actual speed, smoothed";
+    MeldNamur = 58: "MELD_NAMUR", 1, "faults as VIK-NAMUR counts them";
+    Momred = 101: "MOMRED", 1, "torque reduction";
+    Meldw = 102: "MELDW", 1, "message word";
+    FaultCode = 301: "FAULT_CODE", 1, "number of the fault";
+    WarnCode = 303: "WARN_CODE", 1, "number of the warning";
+}

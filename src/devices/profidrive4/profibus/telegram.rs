@@ -1,0 +1,171 @@
+//! The telegrams: which signals are in the process data (`dp-v1.md` 9.2), as rows.
+
+use super::signal::Signal;
+use crate::profibus::dp::chk_cfg::{Identifier, Units, identifiers};
+
+/// The first octet of the three of the maker behind a special identifier that names a telegram; its number follows.
+const NAMES_A_TELEGRAM: u8 = 0xFD;
+
+/// A telegram.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Telegram {
+    /// Its number (PNU 922).
+    pub number: u16,
+    /// Its number on the command line.
+    pub word: &'static str,
+    /// From the master.
+    pub setpoints: &'static [Signal],
+    /// To the master.
+    pub actual_values: &'static [Signal],
+}
+
+macro_rules! telegrams {
+    ($($number:literal: [$($setpoint:ident)*] [$($actual:ident)*];)*) => {
+        impl Telegram {
+            /// Every telegram.
+            pub const ALL: &'static [Self] = &[$(Self {
+                number: $number,
+                word: stringify!($number),
+                setpoints: &[$(Signal::$setpoint),*],
+                actual_values: &[$(Signal::$actual),*],
+            }),*];
+
+            /// Their numbers as words.
+            pub const WORDS: &'static [&'static str] = &[$(stringify!($number)),*];
+        }
+    };
+}
+
+telegrams! {
+    1: [Stw1 NsollA] [Zsw1 NistA];
+    2: [Stw1 NsollB Stw2] [Zsw1 NistB Zsw2];
+    3: [Stw1 NsollB Stw2 G1Stw] [Zsw1 NistB Zsw2 G1Zsw G1Xist1 G1Xist2];
+    4: [Stw1 NsollB Stw2 G1Stw G2Stw] [Zsw1 NistB Zsw2 G1Zsw G1Xist1 G1Xist2 G2Zsw G2Xist1 G2Xist2];
+    5: [Stw1 NsollB Stw2 G1Stw Xerr Kpc] [Zsw1 NistB Zsw2 G1Zsw G1Xist1 G1Xist2];
+    6: [Stw1 NsollB Stw2 G1Stw G2Stw Xerr Kpc]
+        [Zsw1 NistB Zsw2 G1Zsw G1Xist1 G1Xist2 G2Zsw G2Xist1 G2Xist2];
+    20: [Stw1 NsollA] [Zsw1 NistAGlatt IaistGlatt MistGlatt PistGlatt MeldNamur];
+    102: [Stw1 NsollB Stw2 Momred G1Stw] [Zsw1 NistB Zsw2 Meldw G1Zsw G1Xist1 G1Xist2];
+    103: [Stw1 NsollB Stw2 Momred G1Stw G2Stw]
+        [Zsw1 NistB Zsw2 Meldw G1Zsw G1Xist1 G1Xist2 G2Zsw G2Xist1 G2Xist2];
+    105: [Stw1 NsollB Stw2 Momred G1Stw Xerr Kpc] [Zsw1 NistB Zsw2 Meldw G1Zsw G1Xist1 G1Xist2];
+    106: [Stw1 NsollB Stw2 Momred G1Stw G2Stw Xerr Kpc]
+        [Zsw1 NistB Zsw2 Meldw G1Zsw G1Xist1 G1Xist2 G2Zsw G2Xist1 G2Xist2];
+    352: [Stw1 NsollA Free Free Free Free] [Zsw1 NistAGlatt IaistGlatt MistGlatt WarnCode FaultCode];
+}
+
+fn octets(signals: &[Signal]) -> usize {
+    2 * signals.iter().map(|signal| signal.words()).sum::<usize>()
+}
+
+/// The value of a signal in these octets.
+fn value(signals: &[Signal], all: &[u8], wanted: Signal) -> Option<u32> {
+    let place = signals.iter().position(|signal| *signal == wanted)?;
+    let before = octets(signals.get(..place)?);
+    let octets = all.get(before..before + 2 * wanted.words())?;
+    Some(octets.iter().fold(0, |value, octet| value << 8 | u32::from(*octet)))
+}
+
+impl Telegram {
+    /// The telegram of this number.
+    pub fn numbered(number: u16) -> Option<&'static Self> {
+        Self::ALL.iter().find(|telegram| telegram.number == number)
+    }
+
+    /// Octets from the master, and to it.
+    pub fn lengths(&self) -> (usize, usize) {
+        (octets(self.setpoints), octets(self.actual_values))
+    }
+
+    /// The telegram of a configuration: that which it names, else the first of its lengths. `only`: no other one will do.
+    pub(crate) fn of_configuration(configuration: &[u8], only: Option<&Self>) -> Option<&'static Self> {
+        let (mut outputs, mut inputs, mut named) = (0, 0, None);
+        for octets in identifiers(configuration) {
+            let Ok((identifier, _)) = Identifier::read(octets) else { return None };
+            outputs += identifier.outputs.map_or(0, Units::octets);
+            inputs += identifier.inputs.map_or(0, Units::octets);
+            if let (Some(3), [.., NAMES_A_TELEGRAM, high, low]) = (identifier.manufacturer, octets) {
+                named = Some(u16::from_be_bytes([*high, *low]));
+            }
+        }
+        Self::ALL.iter().find(|telegram| {
+            telegram.lengths() == (outputs, inputs)
+                && named.is_none_or(|number| number == telegram.number)
+                && only.is_none_or(|only| only.number == telegram.number)
+        })
+    }
+
+    /// A setpoint in the octets from the master, as a number; `None`: the telegram has none.
+    pub fn setpoint(&self, outputs: &[u8], wanted: Signal) -> Option<u32> {
+        value(self.setpoints, outputs, wanted)
+    }
+
+    /// An actual value in the octets to the master, as a number; `None`: the telegram has none.
+    pub fn actual_value(&self, inputs: &[u8], wanted: Signal) -> Option<u32> {
+        value(self.actual_values, inputs, wanted)
+    }
+
+    /// The octets to the master: `value` says each signal.
+    pub(super) fn inputs(&self, value: impl Fn(Signal) -> u32) -> Vec<u8> {
+        let mut octets = Vec::new();
+        for signal in self.actual_values {
+            let value = value(*signal).to_be_bytes();
+            octets.extend(value.iter().skip(value.len() - 2 * signal.words()));
+        }
+        octets
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_telegram_has_as_many_words_as_the_reference_says() {
+        let words = [
+            (1, 2, 2),
+            (2, 4, 4),
+            (3, 5, 9),
+            (4, 6, 14),
+            (5, 9, 9),
+            (6, 10, 14),
+            (20, 2, 6),
+            (102, 6, 10),
+            (103, 7, 15),
+            (105, 10, 10),
+            (106, 11, 15),
+            (352, 6, 6),
+        ];
+        let found = Telegram::ALL.iter().map(|telegram| {
+            let (outputs, inputs) = telegram.lengths();
+            (telegram.number, outputs / 2, inputs / 2)
+        });
+        assert_eq!(found.collect::<Vec<_>>(), words);
+    }
+
+    #[test]
+    fn a_configuration_names_its_telegram_or_has_its_lengths() {
+        let of = |configuration: &[u8]| {
+            Telegram::of_configuration(configuration, None).map(|telegram| telegram.number)
+        };
+        assert_eq!(of(&[0xC3, 0xC1, 0xC1, 0xFD, 0x00, 0x01]), Some(1));
+        assert_eq!(of(&[0xC3, 0xC5, 0xC5, 0xFD, 0x01, 0x60]), Some(352));
+        assert_eq!(of(&[0xF1]), Some(1));
+        // Another number than the lengths say.
+        assert_eq!(of(&[0xC3, 0xC1, 0xC1, 0xFD, 0x00, 0x14]), None);
+        assert_eq!(of(&[0xF0]), None);
+        assert_eq!(Telegram::of_configuration(&[0xF1], Telegram::numbered(20)), None);
+    }
+
+    #[test]
+    fn signals_are_where_the_words_before_them_end() {
+        let telegram = Telegram::numbered(102).unwrap();
+        let outputs = [0x04, 0x7F, 0x40, 0, 0, 1, 0xA0, 0, 0x12, 0x34, 0x20, 0];
+        assert_eq!(telegram.setpoint(&outputs, Signal::NsollB), Some(0x4000_0001));
+        assert_eq!(telegram.setpoint(&outputs, Signal::Momred), Some(0x1234));
+        assert_eq!(telegram.setpoint(&outputs, Signal::NsollA), None);
+        assert_eq!(telegram.setpoint(&outputs[..9], Signal::Momred), None);
+        let inputs = Telegram::numbered(2).unwrap().inputs(|signal| u32::from(signal.number()) << 8 | 1);
+        assert_eq!(inputs, [2, 1, 0, 0, 8, 1, 4, 1]);
+    }
+}

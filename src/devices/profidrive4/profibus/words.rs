@@ -1,0 +1,385 @@
+//! The words of the telegrams: their bits, and how they become a [`Command`] and come from a [`Status`].
+//!
+//! STW1 and ZSW1 bits 0 to 10 are those of version 2, [`profile`]; bits 11 to 15 and all other words are here. A word that
+//! is all the drive has to say of a warning or fault is its number.
+
+use super::signal::Signal;
+use super::telegram::Telegram;
+use crate::devices::ppo_drive::{State, profile};
+use crate::devices::profidrive4::{
+    Command, Drive, EncoderCommand, EncoderStatus, Fault, Setpoint, Setting, Settings, Status,
+};
+use crate::face::bits_of_word;
+use crate::profibus::ppo::Stw;
+
+bits_of_word! {
+    /// A bit of ZSW1 that the profile leaves to the maker, in standard telegrams.
+    Zsw1MakerBit {
+        /// The torque is below its limit.
+        BelowLimit = 11: "torque limit not reached";
+        /// The motor is not too warm.
+        MotorCool = 13: "no overtemperature of the motor";
+        /// The shaft turns forward or stands.
+        Forward = 14: "actual speed is 0 or more";
+        /// The drive is not overloaded.
+        NoOverload = 15: "no overload of the converter";
+    }
+}
+
+bits_of_word! {
+    /// A bit of STW2; bits 12 to 15 are the sign of life.
+    Stw2Bit {
+        Dds0 = 0: "drive data set, bit 0";
+        Dds1 = 1: "drive data set, bit 1";
+        Dds2 = 2: "drive data set, bit 2";
+        Dds3 = 3: "drive data set, bit 3";
+        Dds4 = 4: "drive data set, bit 4";
+        Parking = 7: "parking axis";
+        FixedStop = 8: "travel to fixed stop";
+        Life0 = 12: "sign of life of the master, bit 0";
+        Life1 = 13: "sign of life of the master, bit 1";
+        Life2 = 14: "sign of life of the master, bit 2";
+        Life3 = 15: "sign of life of the master, bit 3";
+    }
+}
+
+bits_of_word! {
+    /// A bit of ZSW2; bits 12 to 15 are the sign of life.
+    Zsw2Bit {
+        AlarmClass0 = 5: "class of the warning, bit 0";
+        AlarmClass1 = 6: "class of the warning, bit 1";
+        FixedStop = 8: "travel to fixed stop is active";
+        Pulses = 10: "pulses enabled";
+        Life0 = 12: "sign of life of the drive, bit 0";
+        Life1 = 13: "sign of life of the drive, bit 1";
+        Life2 = 14: "sign of life of the drive, bit 2";
+        Life3 = 15: "sign of life of the drive, bit 3";
+    }
+}
+
+bits_of_word! {
+    /// A bit of G1_STW.
+    EncoderStwBit {
+        Function1 = 0: "function 1";
+        Function2 = 1: "function 2";
+        Function3 = 2: "function 3";
+        Function4 = 3: "function 4";
+        Action0 = 4: "action, bit 0";
+        Action1 = 5: "action, bit 1";
+        Action2 = 6: "action, bit 2";
+        OnTheFly = 7: "measure on the fly";
+        Absolute = 13: "absolute value in XIST2";
+        Park = 14: "park the encoder";
+        Acknowledge = 15: "acknowledge an error";
+    }
+}
+
+bits_of_word! {
+    /// A bit of G1_ZSW.
+    EncoderZswBit {
+        Running1 = 0: "function 1 runs";
+        Ready1 = 4: "value 1 is there";
+        Acknowledging = 11: "an error is being acknowledged";
+        Absolute = 13: "absolute value in XIST2";
+        Parked = 14: "the encoder is parked";
+        Error = 15: "error, its number in XIST2";
+    }
+}
+
+bits_of_word! {
+    /// A bit of MELDW.
+    MeldwBit {
+        RampDone = 0: "ramp-up and ramp-down ended";
+        BelowTorqueLimit = 1: "torque below its limit";
+        BelowComparison = 2: "speed below the comparison speed";
+        Stands = 3: "the shaft stands";
+        NoOvertemperature = 6: "no overtemperature of the motor";
+        NoOverload = 7: "no overload of the converter";
+        InTolerance = 8: "setpoint and actual value within tolerance";
+        Enabled = 11: "the controller is enabled";
+        Ready = 12: "the drive is ready";
+        Pulses = 13: "pulses enabled";
+    }
+}
+
+bits_of_word! {
+    /// A bit of MELD_NAMUR.
+    NamurBit {
+        Mains = 1: "fault of the mains";
+        Overload = 6: "overload of the motor";
+        Bus = 7: "fault of the bus";
+        Other = 15: "another fault";
+    }
+}
+
+/// What a bit of a signal is called; `None`: nothing, or the signal is a number.
+pub(super) fn bit_name(telegram: &Telegram, signal: Signal, number: u8) -> Option<&'static str> {
+    fn of<B: Copy>(all: &[B], number: u8, of: fn(B) -> (u8, &'static str)) -> Option<&'static str> {
+        all.iter().map(|bit| of(*bit)).find(|(own, _)| *own == number).map(|(_, name)| name)
+    }
+    match signal {
+        Signal::Stw1 => of(profile::StwBit::ALL, number, |bit| (bit.number(), bit.name())),
+        Signal::Zsw1 => of(profile::ZswBit::ALL, number, |bit| (bit.number(), bit.name())).or_else(|| {
+            let maker = of(Zsw1MakerBit::ALL, number, |bit| (bit.number(), bit.name()));
+            maker.filter(|_| !has_message_word(telegram))
+        }),
+        Signal::Stw2 => of(Stw2Bit::ALL, number, |bit| (bit.number(), bit.name())),
+        Signal::Zsw2 => of(Zsw2Bit::ALL, number, |bit| (bit.number(), bit.name())),
+        Signal::G1Stw | Signal::G2Stw => of(EncoderStwBit::ALL, number, |bit| (bit.number(), bit.name())),
+        Signal::G1Zsw | Signal::G2Zsw => of(EncoderZswBit::ALL, number, |bit| (bit.number(), bit.name())),
+        Signal::Meldw => of(MeldwBit::ALL, number, |bit| (bit.number(), bit.name())),
+        Signal::MeldNamur => of(NamurBit::ALL, number, |bit| (bit.number(), bit.name())),
+        Signal::Free
+        | Signal::NsollA
+        | Signal::NistA
+        | Signal::NsollB
+        | Signal::NistB
+        | Signal::G1Xist1
+        | Signal::G1Xist2
+        | Signal::G2Xist1
+        | Signal::G2Xist2
+        | Signal::Xerr
+        | Signal::Kpc
+        | Signal::IaistGlatt
+        | Signal::MistGlatt
+        | Signal::PistGlatt
+        | Signal::NistAGlatt
+        | Signal::Momred
+        | Signal::FaultCode
+        | Signal::WarnCode => None,
+    }
+}
+
+/// In telegrams with MELDW the bits of the maker in ZSW1 are classes of warnings, of which this drive has none.
+fn has_message_word(telegram: &Telegram) -> bool {
+    telegram.actual_values.contains(&Signal::Meldw)
+}
+
+/// 4000h, 100 %.
+const FULL_WORD: f64 = 16384.0;
+/// 40000000h, 100 %.
+const FULL_DOUBLE: f64 = 1_073_741_824.0;
+/// KPC counts 1/1000 1/s.
+const KPC: f64 = 0.001;
+/// Steps of XERR in a revolution, those of XIST1.
+const XERR_STEPS: f64 = 4_194_304.0;
+
+/// Bits of the sign of life.
+const LIFE: u32 = 12;
+
+/// The sign of life in a word.
+pub(super) const fn life(word: u16) -> u8 {
+    (word >> LIFE) as u8
+}
+
+/// A word with this sign of life.
+const fn with_life(word: u16, life: u8) -> u16 {
+    word | (life as u16) << LIFE
+}
+
+/// What a number of 16 bits is of 100 %.
+pub(super) fn part(word: u16) -> f64 {
+    f64::from(word.cast_signed()) / FULL_WORD
+}
+
+/// 16 bits of a part of 100 %; too much is the most.
+#[expect(clippy::cast_possible_truncation, reason = "float to integer saturates")]
+fn word(part: f64) -> u32 {
+    u32::from((libm::round(part * FULL_WORD) as i16).cast_unsigned())
+}
+
+/// 32 bits of a part of 100 %.
+#[expect(clippy::cast_possible_truncation, reason = "float to integer saturates")]
+fn double(part: f64) -> u32 {
+    (libm::round(part * FULL_DOUBLE) as i32).cast_unsigned()
+}
+
+/// The low word.
+#[expect(clippy::cast_possible_truncation, reason = "a signal of one word")]
+const fn low(value: u32) -> u16 {
+    value as u16
+}
+
+/// What the process data command; `None`: bit 10 of STW1 is 0, and what was commanded before holds.
+pub(super) fn command(telegram: &Telegram, outputs: &[u8], settings: &Settings) -> Option<Command> {
+    let signal = |signal| telegram.setpoint(outputs, signal);
+    let stw1 = Stw::from_raw(low(signal(Signal::Stw1)?));
+    let control = profile::command(stw1, 0)?;
+    let whole = |value: u32| f64::from(value.cast_signed());
+    let speed = match (signal(Signal::NsollA), signal(Signal::NsollB)) {
+        (Some(speed), _) => part(low(speed)),
+        (None, Some(speed)) => whole(speed) / FULL_DOUBLE,
+        (None, None) => 0.0,
+    };
+    // The position controller of the master runs in the drive.
+    let more = match (signal(Signal::Xerr), signal(Signal::Kpc)) {
+        (Some(deviation), Some(gain)) => {
+            let revolutions = whole(deviation) / XERR_STEPS;
+            let rpm = 60.0 * whole(gain) * KPC * revolutions;
+            rpm / settings.of(Setting::ReferenceSpeed)
+        }
+        _ => 0.0,
+    };
+    let torque_reduction = signal(Signal::Momred).map_or(0.0, |reduction| part(low(reduction)));
+    Some(Command { control, setpoint: Setpoint::Speed(speed + more), torque_reduction })
+}
+
+/// What a control word asks of an encoder.
+pub(super) fn encoder_command(word: u16) -> EncoderCommand {
+    let functions = [
+        EncoderStwBit::Function1,
+        EncoderStwBit::Function2,
+        EncoderStwBit::Function3,
+        EncoderStwBit::Function4,
+    ];
+    let actions = [EncoderStwBit::Action0, EncoderStwBit::Action1, EncoderStwBit::Action2];
+    let number = |bits: &[EncoderStwBit]| {
+        bits.iter().enumerate().fold(0, |all, (at, bit)| all | u8::from(bit.is_set(word)) << at)
+    };
+    EncoderCommand {
+        functions: number(&functions),
+        action: number(&actions),
+        on_the_fly: EncoderStwBit::OnTheFly.is_set(word),
+        absolute: EncoderStwBit::Absolute.is_set(word),
+        park: EncoderStwBit::Park.is_set(word),
+        acknowledge: EncoderStwBit::Acknowledge.is_set(word),
+    }
+}
+
+fn encoder_zsw(status: EncoderStatus) -> u16 {
+    EncoderZswBit::Running1.when(status.running != 0)
+        | EncoderZswBit::Ready1.when(status.ready != 0)
+        | EncoderZswBit::Acknowledging.when(status.acknowledging)
+        | EncoderZswBit::Absolute.when(status.absolute)
+        | EncoderZswBit::Parked.when(status.parked)
+        | EncoderZswBit::Error.when(status.error)
+}
+
+/// ZSW1 in a telegram; none is a standard one.
+pub(super) fn zsw1(telegram: Option<&Telegram>, status: &Status) -> u16 {
+    let Status { no_off2, no_off3, warning, in_tolerance, speed_reached, .. } = *status;
+    let of_profile = crate::devices::ppo_drive::Status {
+        state: status.state,
+        no_off2,
+        no_off3,
+        warning,
+        in_tolerance,
+        speed_reached,
+        actual: 0,
+    };
+    let bits = profile::zsw(&of_profile).raw() | profile::ZswBit::Fault.when(status.fault);
+    if telegram.is_some_and(has_message_word) {
+        return bits;
+    }
+    bits | Zsw1MakerBit::BelowLimit.when(!status.at_limit)
+        | Zsw1MakerBit::MotorCool.mask()
+        | Zsw1MakerBit::Forward.when(status.speed > -0.5)
+        | Zsw1MakerBit::NoOverload.mask()
+}
+
+fn meldw(status: &Status) -> u16 {
+    let is_supplied = status.state.is_supplied();
+    let is_ready = !status.fault && status.state != State::SwitchingOnInhibited;
+    MeldwBit::RampDone.when(status.ramp_done)
+        | MeldwBit::BelowTorqueLimit.when(!status.at_limit)
+        | MeldwBit::BelowComparison.when(!status.speed_reached)
+        | MeldwBit::Stands.when(status.stands)
+        | MeldwBit::NoOvertemperature.mask()
+        | MeldwBit::NoOverload.mask()
+        | MeldwBit::InTolerance.when(status.in_tolerance)
+        | MeldwBit::Enabled.when(is_supplied)
+        | MeldwBit::Ready.when(is_ready)
+        | MeldwBit::Pulses.when(is_supplied)
+}
+
+fn namur(drive: &Drive) -> u16 {
+    let bit = |number| match Fault::numbered(number) {
+        Fault::MainCircuit => NamurBit::Mains,
+        Fault::Overload => NamurBit::Overload,
+        Fault::Communication | Fault::SignOfLife => NamurBit::Bus,
+        Fault::Blocked | Fault::Raised(_) => NamurBit::Other,
+    };
+    let faults = drive.standing_faults().map(|fault| bit(fault.number).mask());
+    faults.fold(0, |word, mask| word | mask)
+}
+
+/// The value of a signal to the master. `life` is the sign of life of the drive.
+pub(super) fn actual(telegram: &Telegram, drive: &Drive, life: u8, signal: Signal) -> u32 {
+    let (status, settings) = (drive.status(), drive.settings());
+    let speed = status.speed / settings.of(Setting::ReferenceSpeed);
+    let encoder = drive.encoder();
+    match signal {
+        Signal::Zsw1 => zsw1(Some(telegram), &status).into(),
+        Signal::NistA | Signal::NistAGlatt => word(speed),
+        Signal::NistB => double(speed),
+        Signal::Zsw2 => with_life(Zsw2Bit::Pulses.when(status.state.is_supplied()), life).into(),
+        // Both encoders are on the one shaft.
+        Signal::G1Zsw | Signal::G2Zsw => encoder_zsw(encoder).into(),
+        Signal::G1Xist1 | Signal::G2Xist1 => encoder.xist1,
+        Signal::G1Xist2 | Signal::G2Xist2 => encoder.xist2,
+        Signal::IaistGlatt => word(status.current / settings.of(Setting::ReferenceCurrent)),
+        Signal::MistGlatt => word(status.torque / settings.of(Setting::ReferenceTorque)),
+        Signal::PistGlatt => word(status.power / settings.of(Setting::ReferencePower)),
+        Signal::MeldNamur => namur(drive).into(),
+        Signal::Meldw => meldw(&status).into(),
+        Signal::FaultCode => drive.standing_faults().next().map_or(0, |fault| fault.number.into()),
+        Signal::WarnCode => drive.warnings().standing().first().copied().unwrap_or_default().into(),
+        // Setpoints.
+        Signal::Free
+        | Signal::Stw1
+        | Signal::Stw2
+        | Signal::NsollA
+        | Signal::NsollB
+        | Signal::G1Stw
+        | Signal::G2Stw
+        | Signal::Xerr
+        | Signal::Kpc
+        | Signal::Momred => 0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::time::Instant;
+
+    #[test]
+    fn the_words_of_a_drive_that_waits_and_one_that_runs() {
+        let mut drive = Drive::new(Instant::ZERO);
+        let telegram = Telegram::numbered(1).unwrap();
+        let mut step = |outputs: &[u8], millis: u64| {
+            let command = command(telegram, outputs, drive.settings());
+            for at in 0..millis {
+                drive.step(Instant::from_millis(at), command.as_ref());
+            }
+            telegram.inputs(|signal| actual(telegram, &drive, 0, signal))
+        };
+        assert_eq!(step(&[0x04, 0x7E, 0, 0], 1), [0xEB, 0x31, 0, 0]);
+        assert_eq!(step(&[0x04, 0x7F, 0, 0], 1), [0xEB, 0x33, 0, 0]);
+        assert_eq!(step(&[0x04, 0x7F, 0x40, 0], 1200), [0xEF, 0x37, 0x40, 0]);
+        assert_eq!(step(&[0x04, 0x7D, 0x40, 0], 1)[..2], [0xEF, 0x60]);
+    }
+
+    #[test]
+    fn setpoints_count_from_their_full_value() {
+        let settings = Settings::default();
+        let of = |number, outputs: &[u8]| {
+            let command = command(Telegram::numbered(number).unwrap(), outputs, &settings)?;
+            let Setpoint::Speed(speed) = command.setpoint;
+            Some((speed, command.torque_reduction))
+        };
+        assert_eq!(of(1, &[0x04, 0x7F, 0xC0, 0x00]), Some((-1.0, 0.0)));
+        assert_eq!(of(1, &[0x00, 0x7F, 0x40, 0x00]), None, "bit 10 is 0");
+        let tele102 = [0x04, 0x7F, 0x20, 0, 0, 0, 0, 0, 0x10, 0, 0, 0];
+        assert_eq!(of(102, &tele102), Some((0.5, 0.25)));
+        // A deviation of a revolution at 10 1/s is 600 rpm.
+        let tele5 = [0x04, 0x7F, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x40, 0, 0, 0, 0, 0x27, 0x10];
+        let (speed, _) = of(5, &tele5).unwrap();
+        assert!((speed * 3000.0 - 600.0).abs() < 1e-6, "{speed}");
+    }
+
+    #[test]
+    fn the_sign_of_life_is_in_the_highest_four_bits() {
+        assert_eq!((life(0xA01F), with_life(0x0400, 0xF)), (0xA, 0xF400));
+    }
+}

@@ -1,0 +1,150 @@
+//! What the drive is set to: each setting once, with its parameter number, unit, limits and first value.
+
+macro_rules! settings {
+    ($($(#[$doc:meta])* $setting:ident = $pnu:literal: $name:literal, $unit:literal, $kind:ident, $low:literal, $high:literal, $first:literal;)*) => {
+        /// A setting.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum Setting {
+            $(
+                #[doc = concat!($name, ".")]
+                $(#[doc = ""] #[$doc])*
+                $setting,
+            )*
+        }
+
+        impl Setting {
+            /// Every setting.
+            pub const ALL: &'static [Self] = &[$(Self::$setting),*];
+
+            /// The number of its parameter.
+            pub const fn pnu(self) -> u16 {
+                match self { $(Self::$setting => $pnu,)* }
+            }
+
+            /// Its name.
+            pub const fn name(self) -> &'static str {
+                match self { $(Self::$setting => $name,)* }
+            }
+
+            /// Its unit; empty for a number.
+            pub const fn unit(self) -> &'static str {
+                match self { $(Self::$setting => $unit,)* }
+            }
+
+            /// What its octets are.
+            pub const fn kind(self) -> SettingKind {
+                match self { $(Self::$setting => SettingKind::$kind,)* }
+            }
+
+            /// The least and the greatest value.
+            pub const fn limits(self) -> (f64, f64) {
+                match self { $(Self::$setting => ($low, $high),)* }
+            }
+
+            /// The value of a new drive.
+            pub const fn first(self) -> f64 {
+                match self { $(Self::$setting => $first,)* }
+            }
+        }
+    };
+}
+
+/// What the octets of a setting are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SettingKind {
+    /// IEEE 754, 32 bits.
+    Float,
+    /// 16 bits.
+    Word,
+    /// 32 bits with sign.
+    Signed,
+    /// 32 bits.
+    Double,
+}
+
+settings! {
+    /// Torque of the motor at `ReferenceCurrent`.
+    ReferenceTorque = 2003: "Reference torque", "Nm", Float, 0.01, 1e6, 1.27;
+    /// 4000h of a speed, 40000000h of one in two words.
+    ReferenceSpeed = 2000: "Reference speed", "rpm", Float, 6.0, 210_000.0, 3000.0;
+    ReferenceVoltage = 2001: "Reference voltage", "V", Float, 10.0, 100_000.0, 1000.0;
+    ReferenceCurrent = 2002: "Reference current", "A", Float, 0.1, 100_000.0, 2.6;
+    ReferencePower = 2004: "Reference power", "kW", Float, 0.01, 100_000.0, 0.4;
+    ReferenceAngle = 2005: "Reference angle", "°", Float, 90.0, 180.0, 90.0;
+    ReferenceTemperature = 2006: "Reference temperature", "°C", Float, 50.0, 300.0, 100.0;
+    Jog1 = 1058: "Jog 1 speed", "rpm", Float, -210_000.0, 210_000.0, 150.0;
+    Jog2 = 1059: "Jog 2 speed", "rpm", Float, -210_000.0, 210_000.0, -150.0;
+    MaxSpeed = 1082: "Maximum speed", "rpm", Float, 0.0, 210_000.0, 4500.0;
+    /// From standstill to the reference speed.
+    RampUp = 1120: "Ramp-up time", "s", Float, 0.0, 999_999.0, 1.0;
+    /// From the reference speed to standstill, with OFF1 too.
+    RampDown = 1121: "Ramp-down time", "s", Float, 0.0, 999_999.0, 1.0;
+    /// From the reference speed to standstill with OFF3.
+    QuickStop = 1135: "OFF3 ramp-down time", "s", Float, 0.0, 600.0, 0.2;
+    /// From it on bit 10 of ZSW1 is set.
+    ComparisonSpeed = 2141: "Comparison speed", "rpm", Float, 0.0, 210_000.0, 2990.0;
+    /// Within it bit 8 of ZSW1 is set.
+    ToleratedDeviation = 2163: "Tolerated deviation of the speed", "rpm", Float, 0.0, 210_000.0, 90.0;
+    /// 65535: the sign of life is not watched.
+    SignOfLifeFailures = 925: "Sign-of-life failures tolerated", "", Word, 0.0, 65535.0, 65535.0;
+}
+
+impl Setting {
+    const fn place(self) -> usize {
+        self as usize
+    }
+
+    /// Whether it can be changed at standstill only: all that is counted in it would jump.
+    pub const fn wants_standstill(self) -> bool {
+        matches!(self, Self::ReferenceSpeed)
+    }
+}
+
+/// The value of each setting.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings([f64; Setting::ALL.len()]);
+
+impl Default for Settings {
+    fn default() -> Self {
+        let mut values = [0.0; Setting::ALL.len()];
+        for (value, setting) in values.iter_mut().zip(Setting::ALL) {
+            *value = setting.first();
+        }
+        Self(values)
+    }
+}
+
+impl Settings {
+    /// The value of one.
+    pub fn of(&self, setting: Setting) -> f64 {
+        self.0.get(setting.place()).copied().unwrap_or_default()
+    }
+
+    /// Sets one. `false`: the value is outside of its limits, and nothing is changed.
+    pub fn set(&mut self, setting: Setting, value: f64) -> bool {
+        let (low, high) = setting.limits();
+        let fits = (low..=high).contains(&value);
+        if let (true, Some(place)) = (fits, self.0.get_mut(setting.place())) {
+            *place = value;
+        }
+        fits
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_setting_has_its_own_number_and_a_first_value_within_its_limits() {
+        for (at, setting) in Setting::ALL.iter().enumerate() {
+            let (low, high) = setting.limits();
+            assert!((low..=high).contains(&setting.first()), "{setting:?}");
+            assert!(Setting::ALL[..at].iter().all(|other| other.pnu() != setting.pnu()), "{setting:?}");
+        }
+        let mut settings = Settings::default();
+        assert!(settings.set(Setting::RampUp, 2.5) && !settings.set(Setting::RampUp, -1.0));
+        assert!(!settings.set(Setting::RampUp, f64::NAN));
+        assert_eq!(settings.of(Setting::RampUp), 2.5);
+    }
+}
