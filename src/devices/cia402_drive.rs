@@ -93,6 +93,12 @@ pub(crate) struct Drive {
 }
 
 impl Drive {
+    /// Homing methods that it has.
+    pub(crate) const METHODS: [u8; 32] = [
+        1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29,
+        30, 33, 34, 35, 37,
+    ];
+
     /// A drive with these modes of 6502h, that was just switched on.
     pub(crate) fn new(modes: u32, has_probe: bool) -> Self {
         let settings = Settings::new();

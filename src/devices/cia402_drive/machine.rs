@@ -317,6 +317,10 @@ impl Drive {
 
     /// vl: so many rpm in so many seconds.
     pub(super) fn vl_ramp(&self, speed: Setting, time: Setting) -> f64 {
-        rpm(self.settings.above_zero(speed, 6000.0)) / self.settings.above_zero(time, 1.0)
+        let speed = match self.settings.of(speed) {
+            ..=0 => rpm(6000.0),
+            speed => speed as f64 * self.units.vl,
+        };
+        speed / self.settings.above_zero(time, 1.0)
     }
 }

@@ -113,7 +113,7 @@ impl Drive {
         let (target, from) = if relative {
             (target, From::of_option(self.settings.of(Setting::PositioningOption)))
         } else {
-            (target + self.origin, From::Zero)
+            (target + self.origin + self.turns_to(target), From::Zero)
         };
         let velocity = self.speed(Setting::ProfileVelocity, VELOCITY).min(self.top_speed());
         let ramp = Ramp {
@@ -122,6 +122,39 @@ impl Drive {
             deceleration: self.profile_deceleration(),
         };
         SetPoint { target, from, ramp }
+    }
+
+    /// 607Bh: how far positions run before they begin anew, increments.
+    pub(super) fn position_range(&self) -> Option<(f64, f64)> {
+        let (min, max) = (self.settings.of(Setting::RangeMin), self.settings.of(Setting::RangeMax));
+        let units = max - min + 1;
+        let is_range = max > min && units <= OFF;
+        is_range.then(|| (min as f64 * self.units.position, units as f64 * self.units.position))
+    }
+
+    /// Whole ranges of 607Bh from an absolute target to where it is meant, by bits 6 and 7 of 60F2h: within the range that the
+    /// shaft is in, backwards, forwards, or the shorter way.
+    fn turns_to(&self, target: f64) -> f64 {
+        let Some((_, range)) = self.position_range() else { return 0.0 };
+        let from = self.demand.position - self.origin;
+        let here = self.in_range(from);
+        let way = target - here;
+        let size = range.abs();
+        let more = match self.settings.of(Setting::PositioningOption) >> 6 & 3 {
+            1 if way > 0.0 => -size,
+            2 if way < 0.0 => size,
+            3 if way > size / 2.0 => -size,
+            3 if way < -size / 2.0 => size,
+            _ => 0.0,
+        };
+        from - here + more
+    }
+
+    /// A position within 607Bh, counted from home.
+    pub(super) fn in_range(&self, position: f64) -> f64 {
+        let Some((min, range)) = self.position_range() else { return position };
+        let turns = libm::floor((position - min) / range);
+        position - turns * range
     }
 
     fn start_homing(&mut self) {
@@ -190,7 +223,12 @@ impl Drive {
             }
             _ => return None,
         };
-        Some(units as f64 * self.units.position + self.origin)
+        let target = units as f64 * self.units.position;
+        // Through the end of 607Bh it goes on, the shorter way.
+        let turns = self.position_range().map_or(0.0, |(_, range)| {
+            libm::round((self.demand.position - self.origin - target) / range) * range
+        });
+        Some(target + turns + self.origin)
     }
 
     /// One step of the motion.
@@ -273,10 +311,10 @@ impl Drive {
     /// 6042h within 6046h; increments/s.
     pub(super) fn vl_target(&self) -> f64 {
         let target = self.settings.of(Setting::VlTarget) as f64;
-        let most = self.settings.above_zero(Setting::VlMax, Motor::MAX_RPM as f64);
+        let most = self.settings.above_zero(Setting::VlMax, f64::INFINITY);
         let least = self.settings.above_zero(Setting::VlMin, 0.0).min(most);
         let amount = if target == 0.0 { 0.0 } else { target.abs().clamp(least, most) };
-        rpm(amount.copysign(target)).clamp(-self.motor_speed(), self.motor_speed())
+        (amount.copysign(target) * self.units.vl).clamp(-self.motor_speed(), self.motor_speed())
     }
 
     fn step_vl(&mut self) {

@@ -64,6 +64,8 @@ settings! {
     VlDecelerationTime = 0x6049, 2, 0, "vl: in so many seconds.";
     VlQuickStopSpeed = 0x604A, 1, 0, "vl: quick stop, rpm.";
     VlQuickStopTime = 0x604A, 2, 0, "vl: in so many seconds.";
+    VlNumerator = 0x604C, 1, 1, "vl: rpm in a unit; 0: 1.";
+    VlDenominator = 0x604C, 2, 1, "vl: divides them; 0: 1.";
     QuickStopOption = 0x605A, 0, 2, "Quick stop option code.";
     ShutdownOption = 0x605B, 0, 0, "Shutdown option code.";
     DisableOption = 0x605C, 0, 1, "Disable operation option code.";
@@ -81,6 +83,8 @@ settings! {
     TargetTorque = 0x6071, 0, 0, "Target torque, thousandths of the rated one.";
     MaxTorque = 0x6072, 0, 0, "Max torque; 0: that of the motor.";
     TargetPosition = 0x607A, 0, 0, "Target position.";
+    RangeMin = 0x607B, 1, 0, "Position range limit; both the same: none.";
+    RangeMax = 0x607B, 2, 0, "Position range limit: beyond it positions begin anew.";
     HomeOffset = 0x607C, 0, 0, "Home offset.";
     LimitMin = 0x607D, 1, 0, "Software position limit; both 0: none.";
     LimitMax = 0x607D, 2, 0, "Software position limit.";
@@ -98,6 +102,12 @@ settings! {
     GearShaft = 0x6091, 2, 1, "Gear ratio: revolutions of the shaft.";
     Feed = 0x6092, 1, 0, "Feed constant: units; 0, and 1 in 1 revolution: increments of the encoder.";
     FeedRevolutions = 0x6092, 2, 1, "Feed constant: in so many revolutions of the shaft.";
+    PositionNumerator = 0x6093, 1, 0, "Position factor: increments of the encoder in a unit; 0, and 1 in 1: by gear and feed.";
+    PositionDivisor = 0x6093, 2, 1, "Position factor: divides them.";
+    VelocityNumerator = 0x6096, 1, 1, "Velocity factor; 0: 1.";
+    VelocityDivisor = 0x6096, 2, 1, "Velocity factor: divides it; 0: 1.";
+    AccelerationNumerator = 0x6097, 1, 1, "Acceleration factor; 0: 1.";
+    AccelerationDivisor = 0x6097, 2, 1, "Acceleration factor: divides it; 0: 1.";
     HomingMethod = 0x6098, 0, 0, "Homing method.";
     HomingFast = 0x6099, 1, 0, "Speed to the switch; 0: 2 turns in a second.";
     HomingSlow = 0x6099, 2, 0, "Speed to zero; 0: a tenth of the other one.";
@@ -115,6 +125,7 @@ settings! {
     PositiveTorque = 0x60E0, 0, 0, "Positive torque limit; 0: none.";
     NegativeTorque = 0x60E1, 0, 0, "Negative torque limit; 0: none.";
     PositioningOption = 0x60F2, 0, 0, "What relative positions count from.";
+    MaxSlippage = 0x60F8, 0, 0, "pv: largest deviation of the velocity; 0: any.";
     TargetVelocity = 0x60FF, 0, 0, "Target velocity.";
 }
 

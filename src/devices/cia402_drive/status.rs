@@ -47,7 +47,10 @@ impl Drive {
             Motion::Velocity => {
                 let time = self.settings.of(Setting::VelocityThresholdTime);
                 let is_zero = self.is_zero_speed() && i64::from(self.windows.zero) >= time;
-                Statusword::ZERO_SPEED.when(is_zero)
+                let slippage = self.settings.of(Setting::MaxSlippage);
+                let off = (self.demand.velocity - self.plant.velocity) / self.units.velocity;
+                let slips = slippage > 0 && off.abs() > slippage as f64;
+                Statusword::ZERO_SPEED.when(is_zero) | Statusword::FOLLOWING_ERROR.when(slips)
             }
             Motion::Homing(HomingState::Attained) => Statusword::HOMING_ATTAINED,
             Motion::Homing(HomingState::Failed) => Statusword::HOMING_ERROR,
@@ -168,7 +171,7 @@ impl Drive {
 
     /// A position in units of the user, counted from home.
     pub(super) fn user_position(&self, increments: f64) -> i64 {
-        whole((increments - self.origin) / self.units.position)
+        whole(self.in_range(increments - self.origin) / self.units.position)
     }
 
     /// 6061h.
@@ -201,8 +204,8 @@ impl Drive {
         match actual {
             Actual::ErrorCode => self.fault.map_or(0, |fault| fault.0.into()),
             Actual::Statusword => self.statusword().0.into(),
-            Actual::VlDemand => whole(demand.velocity / rpm(1.0)),
-            Actual::VlVelocity => whole(plant.velocity / rpm(1.0)),
+            Actual::VlDemand => whole(demand.velocity / self.units.vl),
+            Actual::VlVelocity => whole(plant.velocity / self.units.vl),
             Actual::ModeDisplay => self.mode.map_or(0, Mode::code).into(),
             Actual::PositionDemand => self.user_position(demand.position),
             Actual::PositionInternal => internal(plant.position),
