@@ -53,7 +53,58 @@ impl Eds {
         if self.device.compact_pdo != 0 {
             self.add_pdos(&mut added);
         }
+        match self.profile() {
+            Profile::InputsOutputs => self.fill_inputs_outputs(),
+            Profile::Encoder => self.tie_cyclic_timer(&mut added),
+            Profile::Drive | Profile::Other(_) | Profile::None => {}
+        }
         added
+    }
+
+    /// Entries of CiA 401 without a default have that of the profile: with 0 no input would have an event, and no output
+    /// would follow.
+    fn fill_inputs_outputs(&mut self) {
+        const ALL: i128 = 0xFFFF_FFFF;
+        for (index, object) in &mut self.objects {
+            let default = match index {
+                0x6005 => 1,
+                0x6006 | 0x6050..=0x6057 | 0x6106 | 0x6126 => ALL,
+                0x6206 | 0x6250..=0x6257 | 0x6306 | 0x6326 => ALL,
+                0x6208 | 0x6270..=0x6277 | 0x6308 | 0x6328 => ALL,
+                0x6421 => 7,
+                0x6443 => 1,
+                _ => continue,
+            };
+            let is_array = object.entries.len() > 1;
+            for (sub, entry) in &mut object.entries {
+                let bits = entry.data.octets().unwrap_or_default() * 8;
+                let mask = if entry.data == DataType::Boolean { 1 } else { (1_i128 << bits.min(32)) - 1 };
+                if entry.content == Content::None && entry.data.kind().is_whole() && (*sub > 0 || !is_array) {
+                    entry.content = Content::Whole(Number { offset: default & mask, node_id: false });
+                }
+            }
+        }
+    }
+
+    /// 6200h of CiA 406 is the event timer of TPDO 1 by another name: both have the same default.
+    fn tie_cyclic_timer(&mut self, added: &mut Vec<String>) {
+        let Some(cyclic) = self.entry(0x6200, 0).filter(|entry| entry.data == DataType::U16) else { return };
+        let millis = cyclic.content.clone();
+        let Some(tpdo) = self.objects.get_mut(&0x1800) else { return };
+        let timer = tpdo.entries.entry(5).or_insert_with(|| {
+            added.push("1800h:05 Event timer is missing: it is 6200h".into());
+            Entry {
+                content: Content::None,
+                ..entry("Event timer", DataType::U16, Rights::ReadWrite, Number::default())
+            }
+        });
+        if matches!(timer.content, Content::None) || timer.content == Content::Whole(Number::default()) {
+            timer.content = millis;
+        } else if let content = timer.content.clone()
+            && let Some(cyclic) = self.entry_mut(0x6200, 0)
+        {
+            cyclic.content = content;
+        }
     }
 
     /// PDOs without a section have the communication parameters of CompactPDO, and an empty mapping.

@@ -33,6 +33,7 @@ const OBJECTS: &[(u16, u16, &str, &str)] = &[
     (0x605E, 3, "rw", "DefaultValue=2"),
     (0x6060, 2, "rw", "PDOMapping=1"),
     (0x6061, 2, "ro", "PDOMapping=1"),
+    (0x6063, 4, "ro", ""),
     (0x6064, 4, "ro", "PDOMapping=1"),
     (0x6065, 7, "rw", "DefaultValue=0xFFFFFFFF"),
     (0x6066, 6, "rw", "DefaultValue=0"),
@@ -93,11 +94,23 @@ impl Drive {
     }
 
     pub(crate) fn without(left_out: &[u16]) -> Self {
+        Self::of(left_out, &[], &[])
+    }
+
+    /// With objects and records besides.
+    pub(crate) fn with(objects: &[(u16, u16, &str, &str)], added: &[(u16, &[(u16, &str)])]) -> Self {
+        Self::of(&[], objects, added)
+    }
+
+    fn of(left_out: &[u16], objects: &[(u16, u16, &str, &str)], added: &[(u16, &[(u16, &str)])]) -> Self {
         let is_there = |index: &u16| !left_out.contains(index);
         let vars = OBJECTS.iter().filter(|row| is_there(&row.0));
         let vars = vars.map(|(index, data, access, more)| var(*index, *data, access, more));
         let records = RECORDS.iter().filter(|row| is_there(&row.0));
-        let text: String = vars.chain(records.map(|(index, entries)| record(*index, entries))).collect();
+        let more = objects.iter().map(|(index, data, access, more)| var(*index, *data, access, more));
+        let more = more.chain(added.iter().map(|(index, entries)| record(*index, entries)));
+        let text: String =
+            vars.chain(records.map(|(index, entries)| record(*index, entries))).chain(more).collect();
         let mut rig = Rig::text(&text);
         rig.start();
         Self(rig)

@@ -187,3 +187,36 @@ pub(crate) fn held(path: &Path) -> &'static Dictionary {
 pub(crate) fn var(index: u16, data: u16, access: &str, more: &str) -> String {
     format!("[{index:04X}]\nParameterName=O{index:04X}\nDataType={data}\nAccessType={access}\n{more}\n")
 }
+
+/// An ARRAY that can be mapped; an empty default is none.
+pub(crate) fn array(index: u16, data: u16, access: &str, defaults: &[&str]) -> String {
+    let count = defaults.len();
+    let mut text = format!(
+        "[{index:04X}]\nParameterName=A{index:04X}\nObjectType=8\n[{index:04X}sub0]\nParameterName=Count\nDataType=5\n\
+         AccessType=ro\nDefaultValue={count}\n"
+    );
+    for (sub, default) in (1..).zip(defaults) {
+        text += &format!(
+            "[{index:04X}sub{sub:X}]\nParameterName=E{sub}\nDataType={data}\nAccessType={access}\nDefaultValue={default}\n\
+             PDOMapping=1\n"
+        );
+    }
+    text
+}
+
+/// A PDO from its first object on, and its mapping.
+pub(crate) fn pdo(index: u16, cob_id: &str, kind: u8, mapped: &[&str]) -> String {
+    let record = |index: u16, entries: &[(u8, u16, &str)]| {
+        let mut text = format!("[{index:04X}]\nParameterName=P{index:04X}\nObjectType=9\n");
+        for (sub, data, default) in entries {
+            text +=
+                &format!("[{index:04X}sub{sub:X}]\nDataType={data}\nAccessType=rw\nDefaultValue={default}\n");
+        }
+        text
+    };
+    let kind = kind.to_string();
+    let count = mapped.len().to_string();
+    let words: Vec<_> =
+        [(0, 5, &*count)].into_iter().chain((1..).zip(mapped).map(|(sub, word)| (sub, 7, *word))).collect();
+    record(index, &[(0, 5, "2"), (1, 7, cob_id), (2, 5, &kind)]) + &record(index + 0x200, &words)
+}

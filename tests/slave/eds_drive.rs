@@ -422,3 +422,67 @@ fn after_power_off_the_drive_begins_anew_where_its_shaft_is() {
     drive.0.start();
     assert_eq!((drive.state(), drive.position(), drive.0.number(0x6061, 0)), (0x40, 500, 0));
 }
+
+#[test]
+fn positions_begin_anew_at_the_end_of_607bh_and_60f2h_says_which_way() {
+    let range: &[(u16, &str)] = &[(4, "0"), (4, "3599")];
+    let mut drive = Drive::with(&[(0x60F2, 6, "rw", "")], &[(0x607B, range)]);
+    drive.enable(1);
+    let mut go = |target: i32, option: i32| {
+        drive.put(0x60F2, 0, option);
+        drive.go_to(target, 0x1F);
+        drive.until(REACHED);
+        (drive.position(), drive.0.number(0x6063, 0).cast_signed())
+    };
+    assert_eq!(go(3000, 0), (3000, 3000));
+    assert_eq!(go(100, 0x80), (100, 3700), "forwards");
+    assert_eq!(go(3500, 0xC0), (3500, 3500), "the shorter way");
+    assert_eq!(go(3550, 0x40), (3550, -50), "backwards");
+    assert_eq!(go(10, 0), (10, -3590), "within the range");
+}
+
+#[test]
+fn vl_counts_in_the_unit_of_604ch_and_pv_tells_a_slippage_beyond_60f8h() {
+    let factor: &[(u16, &str)] = &[(4, "60"), (4, "1")];
+    let mut drive = Drive::with(&[(0x60F8, 4, "rw", "DefaultValue=100")], &[(0x604C, factor)]);
+    drive.enable(2);
+    drive.word(0x7F);
+    drive.put(0x6042, 0, 10);
+    drive.until(REACHED);
+    drive.millis(100);
+    assert_eq!(drive.signed(0x6044), 10);
+    assert!((drive.speed() - 10_000).abs() < 100, "600 rpm are {} increments/s", drive.speed());
+    drive.word(0x0F);
+    drive.millis(2000);
+    drive.mode(3);
+    drive.put(0x60FF, 0, 1000);
+    drive.until(REACHED);
+    assert_eq!(drive.status() & BIT_13, 0);
+    drive.set("blocked", Level::Switch(true));
+    drive.millis(20);
+    assert_ne!(drive.status() & BIT_13, 0);
+}
+
+#[test]
+fn homing_methods_are_those_of_60e3h() {
+    let mut drive = Drive::with(&[], &[(0x60E3, &[(2, "35"), (2, "17")])]);
+    assert_eq!(drive.0.write(0x6098, 0, &[17]), Ok(()));
+    assert_eq!(drive.0.write(0x6098, 0, &[1]), Err(0x0609_0030));
+    let mut drive = Drive::with(&[], &[(0x60E3, &[(2, ""), (2, "")])]);
+    assert_eq!((drive.0.number(0x60E3, 1), drive.0.number(0x60E3, 2)), (1, 2), "those that it has");
+}
+
+#[test]
+fn a_stop_of_the_master_is_told_as_fault_8130h_too() {
+    let mut drive = Drive::new();
+    drive.enable(3);
+    drive.0.data(0, &[0x82, NODE]);
+    let seen = drive.millis(10);
+    assert_eq!(drive.0.number(0x603F, 0), 0x8130);
+    let mut stopped = Drive::new();
+    stopped.enable(3);
+    stopped.0.data(0, &[2, NODE]);
+    stopped.0.data(0, &[0x80, NODE]);
+    assert_eq!(stopped.0.number(0x603F, 0), 0x8130, "{seen:?}");
+    assert_ne!(stopped.0.number(0x1001, 0), 0);
+}

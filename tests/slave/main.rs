@@ -74,7 +74,11 @@ mod drive_states;
 #[cfg(feature = "std")]
 mod eds_drive;
 #[cfg(feature = "std")]
+mod eds_encoder;
+#[cfg(feature = "std")]
 mod eds_files;
+#[cfg(feature = "std")]
+mod eds_io;
 #[cfg(feature = "std")]
 mod eds_node;
 #[cfg(feature = "std")]

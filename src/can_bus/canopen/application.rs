@@ -56,6 +56,17 @@ pub trait Application {
         Err(Abort::MEMORY)
     }
 
+    /// A client has read an entry of up to four octets by SDO.
+    fn read_by_client(&mut self, at: Address) {
+        let _ = at;
+    }
+
+    /// Whether a change of an entry is an event for TPDOs only when the device says so by [`Request::Changed`].
+    fn tells_changes(&self, at: Address) -> bool {
+        let _ = at;
+        false
+    }
+
     /// The rule that `value` breaks, for people: asked when [`write`](Self::write), [`store`](Self::store) or
     /// [`load_defaults`](Self::load_defaults) has refused it.
     fn rule(&self, at: Address, value: Value<'_>) -> Option<Rule> {
@@ -263,6 +274,8 @@ pub enum Request {
     Nmt(NmtState),
     /// Send an event-driven TPDO, under its inhibit time.
     Tpdo(PdoNumber),
+    /// An entry of [`Application::tells_changes`] has changed: an event for every TPDO that carries it.
+    Changed(Address),
     /// What the device keeps changed without `save`: an image is offered to the host. A held SDO is answered when the
     /// host has it.
     Store,

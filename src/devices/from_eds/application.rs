@@ -1,7 +1,8 @@
 //! What is read and written behind the node.
 
+use super::Behaviour;
 use super::FromEds;
-use super::dictionary::{FIRST_OWN, Row};
+use super::dictionary::{FIRST_OWN, Role, Row};
 use crate::can_bus::canopen::address::Sub;
 use crate::can_bus::canopen::application::MAX_BESIDE;
 use crate::can_bus::canopen::dictionary::Object;
@@ -29,7 +30,7 @@ impl Application for FromEds {
 
     fn read(&self, at: Address) -> Result<Value<'_>, Abort> {
         let (place, row) = self.row(at)?;
-        match self.driven(row) {
+        match self.told(row) {
             Some(value) => Ok(value),
             None => self.memory.read(place, row).ok_or(Abort::INTERNAL),
         }
@@ -45,6 +46,7 @@ impl Application for FromEds {
         let (place, row) = self.row(at)?;
         row.judge(value, self.node)?;
         self.judge_driven(row, value)?;
+        self.judge_encoder(row, value)?;
         value.with_octets(|octets| match source {
             Source::Image => {
                 self.memory.keep(place, octets);
@@ -52,7 +54,12 @@ impl Application for FromEds {
             }
             Source::Sdo | Source::Rpdo(_) => self.memory.set(place, row, octets),
         })?;
-        self.drive_written(now, row, value, source);
+        match (row.role, source) {
+            (Role::Value | Role::Actual(_), _) | (_, Source::Image) => {}
+            (Role::Setting(_), _) => self.drive_written(now, row, value, source),
+            (Role::Io(point), _) => self.io_written(point, value),
+            (Role::Encoder(part), _) => self.encoder_written(part, value),
+        }
         Ok(Written::Done)
     }
 
@@ -97,36 +104,74 @@ impl Application for FromEds {
             | Notice::HistoryCleared
             | Notice::NotStored => {}
         }
-        self.notice_driven(now, notice);
+        match self.behaviour {
+            Behaviour::Memory => {}
+            Behaviour::Drive(_) => self.notice_driven(now, notice),
+            Behaviour::Io(_) => self.notice_io(notice),
+            Behaviour::Encoder(_) => self.notice_encoder(notice),
+        }
     }
 
     fn advance(&mut self, now: Instant) {
-        if let Some(driven) = &mut self.drive {
-            driven.advance(now);
+        match &mut self.behaviour {
+            Behaviour::Memory => {}
+            Behaviour::Drive(driven) => driven.advance(now),
+            Behaviour::Io(_) => self.advance_io(now),
+            Behaviour::Encoder(encoder) => encoder.advance(now),
         }
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
-        self.drive.as_ref()?.drive.poll_timeout()
+        match &self.behaviour {
+            Behaviour::Memory => None,
+            Behaviour::Drive(driven) => driven.drive.poll_timeout(),
+            Behaviour::Io(io) => io.due(),
+            Behaviour::Encoder(encoder) => encoder.due(),
+        }
     }
 
     fn power_off(&mut self) {
-        if let Some(driven) = &mut self.drive {
-            driven.power_off();
+        match &mut self.behaviour {
+            Behaviour::Drive(driven) => driven.power_off(),
+            Behaviour::Io(io) => io.requests.clear(),
+            Behaviour::Memory | Behaviour::Encoder(_) => {}
         }
     }
 
     fn poll_request(&mut self) -> Option<Request> {
-        self.drive.as_mut()?.poll_request()
+        match &mut self.behaviour {
+            Behaviour::Drive(driven) => driven.poll_request(),
+            Behaviour::Io(io) => io.requests.pop_front(),
+            Behaviour::Memory | Behaviour::Encoder(_) => None,
+        }
+    }
+
+    fn read_by_client(&mut self, at: Address) {
+        if let Ok((_, Row { role: Role::Io(point), .. })) = self.row(at) {
+            self.io_read(*point);
+        }
+    }
+
+    fn tells_changes(&self, at: Address) -> bool {
+        match (self.row(at).map(|(_, row)| row.role), &self.behaviour) {
+            (Ok(Role::Io(point)), Behaviour::Io(_)) => point.is_input(),
+            (_, _) => false,
+        }
     }
 
     fn store(&mut self, _: Instant, group: Sub) -> Result<Written, Abort> {
         self.memory.store(self.dictionary, group)?;
+        if let Behaviour::Encoder(encoder) = &mut self.behaviour {
+            encoder.keep(group);
+        }
         Ok(Written::Done)
     }
 
     fn load_defaults(&mut self, _: Instant, group: Sub) -> Result<Written, Abort> {
         self.memory.forget(self.dictionary, group);
+        if let Behaviour::Encoder(encoder) = &mut self.behaviour {
+            encoder.forget(group);
+        }
         Ok(Written::Done)
     }
 
@@ -147,18 +192,25 @@ impl Application for FromEds {
     }
 
     fn kept_beside(&self, into: &mut [u8; MAX_BESIDE]) -> usize {
-        match (self.dictionary.eds.device.lss, into) {
-            (true, [number, ..]) => *number = self.kept.number(),
-            (false, _) => return 0,
-        }
-        1
+        let number = self.dictionary.eds.device.lss.then(|| self.kept.number());
+        let offset = match &self.behaviour {
+            Behaviour::Encoder(encoder) => Some(encoder.kept_offset()),
+            Behaviour::Memory | Behaviour::Drive(_) | Behaviour::Io(_) => None,
+        };
+        let octets = number.into_iter().chain(offset.into_iter().flatten());
+        into.iter_mut().zip(octets).map(|(into, octet)| *into = octet).count()
     }
 
     fn recall_beside(&mut self, octets: &[u8]) {
-        if let ([number], true) = (octets, self.dictionary.eds.device.lss)
-            && let Ok(node) = NodeId::new(*number)
-        {
+        let (number, rest) = match octets.split_first() {
+            Some((number, rest)) if self.dictionary.eds.device.lss => (Some(*number), rest),
+            Some(_) | None => (None, octets),
+        };
+        if let Some(Ok(node)) = number.map(NodeId::new) {
             self.kept = node;
+        }
+        if let (Behaviour::Encoder(encoder), Ok(offset)) = (&mut self.behaviour, rest.try_into()) {
+            encoder.recall_offset(offset);
         }
     }
 

@@ -3,8 +3,8 @@
 
 use core::fmt;
 
-use super::FromEds;
-use super::dictionary::{Dictionary, Row};
+use super::dictionary::{Dictionary, Role, Row};
+use super::{Behaviour, FromEds};
 use crate::can_bus::canopen::value::{DataType, ValueKind};
 use crate::can_bus::canopen::{Address, Value};
 use crate::can_bus::cia402::Mode;
@@ -16,11 +16,51 @@ use crate::time::Instant;
 
 impl FromEds {
     fn number(&self, place: usize, row: &Row) -> Option<f64> {
-        self.driven(row).or_else(|| self.memory.read(place, row)).and_then(as_f64)
+        self.told(row).or_else(|| self.memory.read(place, row)).and_then(as_f64)
+    }
+
+    /// What comes from outside: the level at the terminals, steps of the shaft, or the value itself.
+    fn outside(&self, place: usize, row: &Row) -> Option<f64> {
+        match (row.role, &self.behaviour) {
+            (Role::Encoder(_), Behaviour::Encoder(encoder)) => Some(encoder.shaft() as f64),
+            (_, _) => self.shown(place, row),
+        }
+    }
+
+    /// What people see: of digital outputs the level at the terminals.
+    fn shown(&self, place: usize, row: &Row) -> Option<f64> {
+        if let (Role::Io(point), Behaviour::Io(io)) = (row.role, &self.behaviour)
+            && let Some(lines) = io.at_terminal(point)
+        {
+            return Some(lines as f64);
+        }
+        self.number(place, row)
+    }
+
+    fn set_outside(&mut self, now: Instant, place: usize, row: &Row, number: f64) {
+        if let Some(value) = of_f64(row.table.data, number) {
+            // A number is never too long.
+            let _ = value.with_octets(|octets| self.memory.set(place, row, octets));
+        }
+        match row.role {
+            Role::Io(point) => self.io_input(now, place, point, number),
+            Role::Encoder(_) => self.turn_shaft(now, number),
+            Role::Value | Role::Setting(_) | Role::Actual(_) => {}
+        }
+    }
+
+    /// Every value from outside is as the file says.
+    pub(super) fn make_inputs_nominal(&mut self, now: Instant) {
+        for (place, row, _) in inputs(self.dictionary) {
+            self.memory.make_default(place, row);
+            if let Some(number) = self.memory.read(place, row).and_then(as_f64) {
+                self.set_outside(now, place, row, number);
+            }
+        }
     }
 
     fn drive(&self) -> Option<&Drive> {
-        Some(&self.drive.as_ref()?.drive)
+        Some(&self.driven()?.drive)
     }
 }
 
@@ -45,7 +85,7 @@ impl Surroundings for FromEds {
     }
 
     fn provoke(&mut self, now: Instant, fault: &str) -> Result<(), Declined> {
-        let driven = self.drive.as_mut().ok_or(Declined::Unknown)?;
+        let driven = self.driven_mut().ok_or(Declined::Unknown)?;
         let fault = Fault::named(fault).ok_or(Declined::Unknown)?;
         if driven.nmt.is_none() {
             return Err(Declined::SwitchedOff);
@@ -65,14 +105,14 @@ impl Surroundings for FromEds {
             drive.each_input(tell);
         }
         for (place, row, input) in inputs(self.dictionary) {
-            let number = self.number(place, row).unwrap_or_default();
+            let number = self.outside(place, row).unwrap_or_default();
             let is_switch = row.table.data == DataType::Boolean;
             tell(input, if is_switch { Level::Switch(number != 0.0) } else { Level::Number(number) });
         }
     }
 
-    fn set_input(&mut self, _: Instant, name: &str, level: Level) {
-        if self.drive.as_mut().is_some_and(|driven| driven.drive.set_input(name, level)) {
+    fn set_input(&mut self, now: Instant, name: &str, level: Level) {
+        if self.driven_mut().is_some_and(|driven| driven.drive.set_input(name, level)) {
             return;
         }
         let Some((place, row, _)) = inputs(self.dictionary).find(|(_, _, input)| input.name == name) else {
@@ -83,9 +123,7 @@ impl Surroundings for FromEds {
             Level::Number(number) => number,
             Level::Own => return,
         };
-        // A number is never too long.
-        let _ = of_f64(row.table.data, number)
-            .map(|value| value.with_octets(|octets| self.memory.set(place, row, octets)));
+        self.set_outside(now, place, row, number);
     }
 
     fn nominal(&self, name: &str) -> Option<Level> {
@@ -99,13 +137,11 @@ impl Surroundings for FromEds {
         Some(if is_switch { Level::Switch(number != 0.0) } else { Level::Number(number) })
     }
 
-    fn make_nominal(&mut self, _: Instant) {
-        if let Some(driven) = &mut self.drive {
+    fn make_nominal(&mut self, now: Instant) {
+        if let Some(driven) = self.driven_mut() {
             driven.drive.make_nominal();
         }
-        for (place, row, _) in inputs(self.dictionary) {
-            self.memory.make_default(place, row);
-        }
+        self.make_inputs_nominal(now);
     }
 
     fn words(&self) -> &'static [Address] {
@@ -113,16 +149,16 @@ impl Surroundings for FromEds {
     }
 
     fn is_drive(&self) -> bool {
-        self.drive.is_some()
+        self.driven().is_some()
     }
 
     fn drive_state(&self) -> Option<DriveState> {
-        let driven = self.drive.as_ref()?;
+        let driven = self.driven()?;
         Some(driven.nmt.map_or(DriveState::Off, |_| driven.drive.state().into()))
     }
 
     fn why(&self) -> Option<&dyn Why> {
-        Some(self.drive.as_ref()?)
+        Some(self.driven()?)
     }
 
     fn mode(&self) -> i64 {
@@ -154,7 +190,7 @@ impl Description for FromEds {
         }
         for (place, row) in self.dictionary.rows.iter().enumerate() {
             let Some(key) = row.key else { continue };
-            let amount = Amount::from(self.number(place, row));
+            let amount = Amount::from(self.shown(place, row));
             let value = description::Value::new(key, row.table.name, Group::Measured, amount);
             let curve = if row.curve { Curve::Own } else { Curve::None };
             tell(description::Value { headline: row.headline, ..value.curve(curve) });
@@ -177,7 +213,7 @@ fn each_motion(drive: &Drive, tell: &mut dyn FnMut(description::Value<'_>)) {
 }
 
 #[expect(clippy::cast_precision_loss, reason = "for people")]
-fn as_f64(value: Value<'_>) -> Option<f64> {
+pub(super) fn as_f64(value: Value<'_>) -> Option<f64> {
     if let Value::Real32(number) = value {
         Some(number.into())
     } else if let Value::Real64(number) = value {
@@ -191,7 +227,7 @@ fn as_f64(value: Value<'_>) -> Option<f64> {
 
 /// The nearest value of a type.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "casts of numbers saturate")]
-fn of_f64(data: DataType, number: f64) -> Option<Value<'static>> {
+pub(super) fn of_f64(data: DataType, number: f64) -> Option<Value<'static>> {
     Some(match (data.kind(), data) {
         (ValueKind::Real, DataType::Real32) => Value::Real32(number as f32),
         (ValueKind::Real, _) => Value::Real64(number),

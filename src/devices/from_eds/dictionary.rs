@@ -3,7 +3,9 @@
 //! A node reads tables that live as long as the program. Those of a file are made once and held until the program ends; who
 //! makes them limits how many.
 
-use super::drive::{self, Role};
+use super::drive;
+use super::encoder::Part;
+use super::io::Point;
 use crate::can_bus::canopen::address::Sub;
 use crate::can_bus::canopen::dictionary::{
     self, Access, Default, Home, Limits, Mapping, Object, ObjectType, Writable,
@@ -12,6 +14,7 @@ use crate::can_bus::canopen::parameter::Parameter;
 use crate::can_bus::canopen::policy::{OutOfRange, Policy, SyncProducer};
 use crate::can_bus::canopen::value::{DataType, ValueKind};
 use crate::can_bus::canopen::{Abort, Address, NodeId, Value};
+use crate::devices::cia402_drive::{Actual, Setting};
 use crate::devices::vocabulary::{self, Vocabulary};
 use crate::eds::{self, Content, Eds, Limit, Profile, Rights};
 use crate::face::surroundings::{Input, InputKind};
@@ -37,6 +40,8 @@ pub struct Dictionary {
     pub objects: &'static [Object],
     /// What its frames are called.
     pub vocabulary: Vocabulary,
+    /// What the device behind the values is.
+    pub(super) profile: Profile,
     /// Whose image it is.
     pub(super) product: String,
     /// All entries in the order of the objects, with what the table of the node cannot say.
@@ -57,7 +62,7 @@ pub(super) struct Row {
     pub(super) file: &'static eds::Entry,
     /// The table has no such limits: the device judges.
     pub(super) judged_here: bool,
-    /// What it is to the drive of the file.
+    /// What it is to the device behind the values.
     pub(super) role: Role,
     /// What can be set from outside.
     pub(super) input: Option<Input>,
@@ -67,20 +72,81 @@ pub(super) struct Row {
     pub(super) curve: bool,
 }
 
+/// What an entry is to the device behind the values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Role {
+    /// Nothing: a value.
+    Value,
+    /// What the drive is told.
+    Setting(Setting),
+    /// What the drive tells.
+    Actual(Actual),
+    /// Of inputs and outputs.
+    Io(Point),
+    /// Of an encoder.
+    Encoder(Part),
+}
+
+impl Role {
+    fn of(profile: Profile, eds: &Eds, at: Address, table: &dictionary::Entry) -> Self {
+        match profile {
+            Profile::Drive => drive::role(eds, at, table),
+            Profile::InputsOutputs => Point::of(at, table).map_or(Self::Value, Self::Io),
+            Profile::Encoder => Part::of(at, table).map_or(Self::Value, Self::Encoder),
+            Profile::Other(_) | Profile::None => Self::Value,
+        }
+    }
+
+    /// Whether the value of an object that a master cannot write comes from outside.
+    fn is_outside(self) -> bool {
+        match self {
+            Self::Value => true,
+            Self::Setting(_) | Self::Actual(_) => false,
+            Self::Io(point) => point.is_input(),
+            Self::Encoder(part) => part.is_input(),
+        }
+    }
+}
+
 impl Dictionary {
     /// The tables of a file, for as long as the program runs.
     pub fn hold(eds: Eds) -> &'static Self {
+        let profile = match eds.profile() {
+            Profile::Drive if !drive::is_driven(&eds) => Profile::None,
+            profile @ (Profile::InputsOutputs
+            | Profile::Drive
+            | Profile::Encoder
+            | Profile::Other(_)
+            | Profile::None) => profile,
+        };
+        Self::with_profile(eds, profile)
+    }
+
+    /// The same, of a node that does nothing by itself: its values are a memory.
+    pub fn hold_as_memory(eds: Eds) -> &'static Self {
+        Self::with_profile(eds, Profile::None)
+    }
+
+    fn with_profile(mut eds: Eds, profile: Profile) -> &'static Self {
+        if profile == Profile::Drive {
+            drive::fill(&mut eds);
+        }
         let eds: &'static Eds = Box::leak(Box::new(eds));
         let has_store = eds.objects.contains_key(&STORE);
         let (mut objects, mut starts, mut rows) = (Vec::new(), Vec::new(), Vec::new());
-        let is_driven = drive::is_driven(eds);
         // The drive has its own.
-        let (mut headlines, mut curves) = if is_driven { (0..0, 0..0) } else { (0..HEADLINES, 0..CURVES) };
+        let (mut headlines, mut curves) =
+            if profile == Profile::Drive { (0..0, 0..0) } else { (0..HEADLINES, 0..CURVES) };
         for object in eds.objects.values() {
             let entries: Vec<_> = object
                 .entries
                 .iter()
-                .map(|(sub, entry)| table_entry(object, *sub, entry, has_store))
+                .map(|(sub, entry)| {
+                    let (table, judged) = table_entry(object, *sub, entry, has_store);
+                    let at = Address { index: object.index, sub: table.sub };
+                    let home = if is_cyclic_timer(profile, eds, at) { CYCLIC_TIMER } else { table.home };
+                    (dictionary::Entry { home, ..table }, judged)
+                })
                 .collect();
             let (entries, judged): (Vec<_>, Vec<_>) = entries.into_iter().unzip();
             let entries: &'static [dictionary::Entry] = entries.leak();
@@ -91,10 +157,10 @@ impl Dictionary {
                     table.data.kind() != ValueKind::Text && table.data.kind() != ValueKind::Octets;
                 let is_own = object.index.0 >= FIRST_OWN && is_number;
                 let is_shown = is_own && file.mappable;
-                let role = if is_driven { Role::of(eds, at, table) } else { Role::Value };
+                let role = Role::of(profile, eds, at, table);
                 let is_measured = is_own
                     && file.rights == Rights::ReadOnly
-                    && role == Role::Value
+                    && role.is_outside()
                     && !is_count(object, table.sub);
                 let key = (is_shown || is_measured).then(|| key(object, at));
                 let input = key.filter(|_| is_measured).map(|key| input(key, name(object, table), table));
@@ -127,6 +193,7 @@ impl Dictionary {
             eds,
             objects,
             vocabulary: vocabulary(eds, objects, is_drive),
+            profile,
             product: product(eds),
             rows,
             starts,
@@ -184,6 +251,14 @@ impl Row {
     pub(super) fn is_stored(&self) -> bool {
         self.table.stored && self.table.home == Home::Application
     }
+}
+
+/// 6200h of CiA 406 is the event timer of TPDO 1.
+const CYCLIC_TIMER: Home = Home::Alias(Address::new(0x1800, 5));
+
+fn is_cyclic_timer(profile: Profile, eds: &Eds, at: Address) -> bool {
+    let is_timer = |index, sub| eds.entry(index, sub).is_some_and(|entry| entry.data == DataType::U16);
+    profile == Profile::Encoder && at.pair() == (0x6200, 0) && is_timer(0x6200, 0) && is_timer(0x1800, 5)
 }
 
 fn whole(value: Value<'_>) -> Option<i128> {

@@ -2,44 +2,32 @@
 
 use std::collections::VecDeque;
 
-use super::FromEds;
-use super::dictionary::{Dictionary, Row};
+use super::dictionary::{Dictionary, Role, Row};
+use super::{Behaviour, FromEds};
 use crate::can_bus::canopen::dictionary::Entry;
 use crate::can_bus::canopen::value::DataType;
 use crate::can_bus::canopen::{
     Abort, Address, Emergency, NmtCause, NmtState, Notice, Request, Reset, Source, Value,
 };
 use crate::devices::cia402_drive::{Actual, Drive, Event, Fault, Setting};
-use crate::eds::{Eds, Profile};
+use crate::eds::{self, Content, Eds, Number, Profile};
 use crate::time::Instant;
 
 /// Modes that a drive can have, as bits of 6502h.
 const MODES: u32 = 0x3EF;
 
-/// What an entry is to the drive of the file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Role {
-    /// Nothing: a value.
-    Value,
-    /// What the drive is told.
-    Setting(Setting),
-    /// What the drive tells.
-    Actual(Actual),
-}
-
-impl Role {
-    pub(super) fn of(eds: &Eds, at: Address, table: &Entry) -> Self {
-        let (index, sub) = at.pair();
-        if !table.data.kind().is_whole() {
-            return Self::Value;
-        }
-        match (Setting::of(index, sub), Actual::of(index, sub)) {
-            (Some(setting), _) => Self::Setting(setting),
-            // What the file says stays.
-            (None, Some(Actual::SupportedModes)) if said_modes(eds) != 0 => Self::Value,
-            (None, Some(actual)) => Self::Actual(actual),
-            (None, None) => Self::Value,
-        }
+/// What an entry is to the drive.
+pub(super) fn role(eds: &Eds, at: Address, table: &Entry) -> Role {
+    let (index, sub) = at.pair();
+    if !table.data.kind().is_whole() {
+        return Role::Value;
+    }
+    match (Setting::of(index, sub), Actual::of(index, sub)) {
+        (Some(setting), _) => Role::Setting(setting),
+        // What the file says stays.
+        (None, Some(Actual::SupportedModes)) if said_modes(eds) != 0 => Role::Value,
+        (None, Some(actual)) => Role::Actual(actual),
+        (None, None) => Role::Value,
     }
 }
 
@@ -77,6 +65,22 @@ fn modes(eds: &Eds) -> u32 {
     offered.fold(0, |modes, (code, _)| modes | 1 << (code - 1))
 }
 
+/// Supported homing methods.
+const METHODS: u16 = 0x60E3;
+
+/// Entries of 60E3h without a default have the methods that the drive has, one after the other.
+pub(super) fn fill(eds: &mut Eds) {
+    let Some(object) = eds.objects.get_mut(&METHODS) else { return };
+    let is_blank = |entry: &eds::Entry| entry.content == Content::None && entry.data.kind().is_whole();
+    let is_record = object.entries.len() > 1;
+    if is_record && object.entries.iter().all(|(sub, entry)| *sub == 0 || is_blank(entry)) {
+        let entries = object.entries.iter_mut().filter(|(sub, _)| **sub > 0);
+        for ((_, entry), method) in entries.zip(Drive::METHODS) {
+            entry.content = Content::Whole(Number { offset: method.into(), node_id: false });
+        }
+    }
+}
+
 /// The drive with what the bus adds to it.
 #[derive(Clone, Debug)]
 pub(super) struct Driven {
@@ -87,22 +91,25 @@ pub(super) struct Driven {
     only_mode: Option<i64>,
     /// A controlword from a PDO acts when the whole PDO is taken.
     word: Option<i64>,
+    /// The node itself tells of the master that is lost.
+    node_tells: bool,
     requests: VecDeque<Request>,
 }
 
 impl Driven {
-    /// That of a file; `None`: it is no drive.
-    pub(super) fn of(dictionary: &Dictionary) -> Option<Self> {
+    /// That of a file.
+    pub(super) fn of(dictionary: &Dictionary) -> Self {
         let eds = dictionary.eds;
         let modes = modes(eds);
         let only = (!eds.objects.contains_key(&0x6060) && modes != 0).then(|| modes.trailing_zeros() + 1);
-        is_driven(eds).then(|| Self {
+        Self {
             drive: Drive::new(modes, eds.objects.contains_key(&0x60B8)),
             nmt: None,
             only_mode: only.map(i64::from),
             word: None,
+            node_tells: false,
             requests: VecDeque::new(),
-        })
+        }
     }
 
     pub(super) fn advance(&mut self, now: Instant) {
@@ -123,12 +130,24 @@ impl Driven {
         self.drive.power_off();
     }
 
+    /// What the drive tells, in an entry of that type.
+    pub(super) fn value(&self, actual: Actual, data: DataType) -> Option<Value<'static>> {
+        let number = self.drive.actual(actual);
+        // Counters of 32 bits run round; smaller numbers end at their limit.
+        let number = match (data.range(), data.octets()) {
+            (Some((low, high)), Some(..=3)) => number.clamp(low, high),
+            (_, _) => number,
+        };
+        Value::whole(data, number)
+    }
+
     /// Tells the node what happened in the drive.
     pub(super) fn poll_request(&mut self) -> Option<Request> {
         while let Some(event) = self.drive.poll_event() {
             self.requests.push_back(match event {
-                // The node has told it.
-                Event::Raised(fault @ Fault::CONNECTION) => Request::ErrorRegister(fault.register()),
+                Event::Raised(fault @ Fault::CONNECTION) if self.node_tells => {
+                    Request::ErrorRegister(fault.register())
+                }
                 Event::Raised(fault) => Request::Emergency(Emergency::new(fault.0, fault.register())),
                 Event::Cleared => Request::Emergency(Emergency::gone(0)),
             });
@@ -138,29 +157,26 @@ impl Driven {
 }
 
 impl FromEds {
-    /// What the drive tells in this entry.
-    pub(super) fn driven(&self, row: &Row) -> Option<Value<'static>> {
-        let Role::Actual(actual) = row.role else { return None };
-        let number = self.drive.as_ref()?.drive.actual(actual);
-        let data = row.table.data;
-        // Counters of 32 bits run round; smaller numbers end at their limit.
-        let number = match (data.range(), data.octets()) {
-            (Some((low, high)), Some(..=3)) => number.clamp(low, high),
-            (_, _) => number,
-        };
-        Value::whole(data, number)
-    }
-
     /// Whether the drive takes that value.
     pub(super) fn judge_driven(&self, row: &Row, value: Value<'_>) -> Result<(), Abort> {
-        let (Role::Setting(setting), Some(driven)) = (row.role, &self.drive) else { return Ok(()) };
+        let (Role::Setting(setting), Some(driven)) = (row.role, self.driven()) else { return Ok(()) };
         let number = value.number().unwrap_or(i64::MAX);
-        if driven.drive.accepts(setting, number) { Ok(()) } else { Err(Abort::RANGE) }
+        let is_method = setting != Setting::HomingMethod || number == 0 || self.offers_method(number);
+        if is_method && driven.drive.accepts(setting, number) { Ok(()) } else { Err(Abort::RANGE) }
+    }
+
+    /// Whether 60E3h has that homing method; without 60E3h every one is there.
+    fn offers_method(&self, method: i64) -> bool {
+        let entries = self.dictionary.eds.objects.get(&METHODS).map(|object| &object.entries);
+        let said = entries.into_iter().flatten().filter(|(sub, _)| **sub > 0);
+        let mut said = said.filter_map(|(sub, _)| self.dictionary.eds.number(METHODS, *sub));
+        let first = said.next();
+        first.is_none() || first.into_iter().chain(said).any(|said| said == i128::from(method))
     }
 
     /// A master has set a value.
     pub(super) fn drive_written(&mut self, now: Instant, row: &Row, value: Value<'_>, source: Source) {
-        let (Role::Setting(setting), Some(driven)) = (row.role, &mut self.drive) else { return };
+        let (Role::Setting(setting), Some(driven)) = (row.role, self.driven_mut()) else { return };
         let number = value.number().unwrap_or(i64::MAX);
         match (source, setting) {
             (Source::Image, _) => {}
@@ -173,7 +189,7 @@ impl FromEds {
     }
 
     pub(super) fn notice_driven(&mut self, now: Instant, notice: Notice) {
-        let Some(driven) = &mut self.drive else { return };
+        let Some(driven) = self.driven_mut() else { return };
         match notice {
             Notice::Reset(Reset::PowerOn | Reset::Node) => self.restart_drive(now),
             Notice::Reset(Reset::Communication)
@@ -181,6 +197,8 @@ impl FromEds {
             | Notice::HeartbeatLost(_)
             | Notice::Nmt { to: NmtState::Stopped, cause: NmtCause::Master, .. } => {
                 driven.advance(now);
+                driven.node_tells =
+                    matches!(notice, Notice::LifeGuardingExpired(_) | Notice::HeartbeatLost(_));
                 driven.drive.connection_aborted();
             }
             Notice::Sync => {
@@ -196,14 +214,14 @@ impl FromEds {
             | Notice::HistoryCleared
             | Notice::NotStored => {}
         }
-        if let (Notice::Nmt { to, .. }, Some(driven)) = (notice, &mut self.drive) {
+        if let (Notice::Nmt { to, .. }, Some(driven)) = (notice, self.driven_mut()) {
             driven.nmt = Some(to);
         }
     }
 
     /// The drive begins with the values of the memory.
     fn restart_drive(&mut self, now: Instant) {
-        let Some(driven) = &mut self.drive else { return };
+        let Behaviour::Drive(driven) = &mut self.behaviour else { return };
         driven.advance(now);
         driven.word = None;
         driven.requests = [Request::ErrorRegister(0)].into();

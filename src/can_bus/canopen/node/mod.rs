@@ -411,6 +411,11 @@ impl Node {
                         self.tpdo_event(now, pdo, app);
                     }
                 }
+                Some(Request::Changed(at)) => {
+                    if self.state == Some(NmtState::Operational) {
+                        self.entry_changed(at);
+                    }
+                }
                 Some(Request::Store) => self.storage.changed_by_device(),
                 Some(Request::LoadDefaults(group)) => {
                     // Nobody can be answered: what is refused stays as it is.

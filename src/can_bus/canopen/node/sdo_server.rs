@@ -82,7 +82,13 @@ impl Node {
         }
         let response = match SdoRequest::decode(octets) {
             SdoRequest::Expedited { at, octets, len } => self.expedited(now, at, &octets, len, app),
-            SdoRequest::Upload { at } => Some(self.upload(at, app)),
+            SdoRequest::Upload { at } => {
+                let response = self.upload(at, app);
+                if matches!(response, Response::Expedited { .. }) {
+                    app.read_by_client(at);
+                }
+                Some(response)
+            }
             SdoRequest::UploadSegment { toggle } => Some(self.upload_segment(toggle, app)),
             SdoRequest::Download { at, len } => Some(self.download(at, len)),
             SdoRequest::DownloadSegment { toggle, octets, len, last } => {

@@ -4,6 +4,7 @@ use core::time::Duration;
 
 use super::Node;
 use crate::can_bus::can::{Frame, Id};
+use crate::can_bus::canopen::address::Address;
 use crate::can_bus::canopen::application::Application;
 use crate::can_bus::canopen::cob_id::CobId;
 use crate::can_bus::canopen::pdo::mapping::{self, Pieces};
@@ -90,6 +91,26 @@ impl Node {
         }
     }
 
+    /// The device says that this entry has changed: an event for each TPDO that carries it. They are sent when all such
+    /// entries are told.
+    pub(super) fn entry_changed(&mut self, at: Address) {
+        let carries = |tpdo: &&mut Tpdo| tpdo.pieces.iter().any(|piece| piece.at == at);
+        self.tpdos.iter_mut().filter(carries).for_each(|tpdo| tpdo.event = tpdo.id.is_some());
+    }
+
+    /// Whether values differ from those sent last, but for those whose changes the device tells.
+    fn is_changed(&self, tpdo: &Tpdo, app: &dyn Application) -> bool {
+        let (before, data) = (u64::from_le_bytes(tpdo.data), self.sample(&tpdo.pieces, app));
+        let changed = u64::from_le_bytes(data) ^ before;
+        let mut begin = 0;
+        changed != 0
+            && tpdo.pieces.iter().any(|piece| {
+                let differs = piece.take(changed, begin) != 0;
+                begin += piece.bits;
+                differs && !app.tells_changes(piece.at)
+            })
+    }
+
     /// SYNC: samples, counts and sends.
     pub(super) fn send_synchronous_tpdos(
         &mut self,
@@ -118,7 +139,7 @@ impl Node {
                 Trigger::SyncAfterEvent => {
                     let send = match self.policy.type_0 {
                         TypeZero::EverySync => true,
-                        TypeZero::OnChange => tpdo.event || self.sample(&tpdo.pieces, app) != tpdo.data,
+                        TypeZero::OnChange => tpdo.event || self.is_changed(tpdo, app),
                     };
                     if send {
                         self.sample_and_send(now, pdo, app);
@@ -144,7 +165,7 @@ impl Node {
                 continue;
             }
             let timer = tpdo.timer.is_some_and(|timer| timer <= now);
-            let event = tpdo.event || timer || rule.change && self.sample(&tpdo.pieces, app) != tpdo.data;
+            let event = tpdo.event || timer || rule.change && self.is_changed(tpdo, app);
             if let Some(tpdo) = self.tpdos.get_mut(place) {
                 tpdo.event = event;
                 if timer {
