@@ -209,3 +209,59 @@ fn what_does_not_fit_together_on_the_command_line_is_said() {
     assert_eq!(code, Some(1));
     assert!(stderr.contains("cannot open the CAN interface no-such0"), "{stderr}");
 }
+
+/// Index, type, access, default: a drive that nobody has.
+const DRIVE: &[(u16, u16, &str, &str)] = &[
+    (0x1000, 7, "ro", "0x00020192"),
+    (0x1001, 5, "ro", "0"),
+    (0x6040, 6, "rw", "0"),
+    (0x6041, 6, "ro", ""),
+    (0x6060, 2, "rw", "0"),
+    (0x6061, 2, "ro", ""),
+    (0x6064, 4, "ro", ""),
+    (0x607A, 4, "rw", "0"),
+    (0x6081, 7, "rw", "100000"),
+    (0x6083, 7, "rw", "1000000"),
+    (0x6502, 7, "ro", "1"),
+];
+
+/// A drive and a pump of which nobody knows more than their files say.
+#[test]
+fn a_node_is_commissioned_by_its_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let drive = folder.path().join("drive.eds");
+    let objects = DRIVE.iter().map(|(index, data, access, default)| {
+        format!(
+            "[{index:04X}]\nParameterName=O{index:04X}\nDataType={data}\nAccessType={access}\nDefaultValue={default}\n"
+        )
+    });
+    let head = "[DeviceInfo]\nVendorName=Somebody\nVendorNumber=0x77\nProductName=Feeder\n";
+    std::fs::write(&drive, head.to_owned() + &objects.collect::<String>()).unwrap();
+    let drive = drive.to_str().unwrap();
+    let pump = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/eds/pump.eds");
+    let (of_drive, of_pump) = (format!("9,eds={drive}"), format!("5,eds={pump}"));
+    let bus =
+        Bus(Emulator::start(&["--node", &of_drive, "--node", &of_pump, "--link", "slcan-tcp:127.0.0.1:0"]));
+    let by_file = |file, arguments: &[&'static str]| [&["--eds", file], arguments].concat();
+    let status = bus.says("9", &by_file(drive, &["status"]));
+    assert!(status.starts_with("node 9, Feeder, NMT PRE-OPERATIONAL"), "{status}");
+    assert!(status.contains("it does not move: "), "{status}");
+    let moved = bus.says("9", &by_file(drive, &["move", "500", "--yes"]));
+    assert!(moved.starts_with("reached; position"), "{moved}");
+    let position = bus.says("9", &by_file(drive, &["read", "o6064", "--json"]));
+    let position: Value = serde_json::from_str(&position).unwrap();
+    assert_eq!((&position["object"], &position["value"]), (&"6064h".into(), &500.into()));
+    // The names are those of the file.
+    let wrong = bus.fails("5", &by_file(pump, &["read", "no such object"]), 2);
+    assert!(wrong.contains("of the Pump"), "{wrong}");
+    let other = bus.run("5", &by_file(drive, &["read", "1000"]));
+    let told = String::from_utf8_lossy(&other.stderr).into_owned();
+    assert!(
+        told.contains(
+            "the file is of another device: 1018h:01 is 00000195h in the node and 00000077h in the file"
+        ),
+        "{told}"
+    );
+    let nowhere = bus.fails("5", &["--eds", "/nowhere.eds", "read", "1000"], 2);
+    assert!(nowhere.contains("cannot read /nowhere.eds"), "{nowhere}");
+}

@@ -598,3 +598,28 @@ fn faults_on_purpose_change_what_their_node_sends() {
     rig.master.send("t00028106");
     assert_eq!((rig.master.frame(0x706), rig.master.frame(0x706)), ("00".to_owned(), "00".to_owned()));
 }
+
+#[test]
+fn objects_of_a_file_are_set_and_follow_signals_over_http() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/eds");
+    let pump = format!("5,eds={folder}/pump.eds");
+    let mut rig = Rig::start(&[&pump]);
+    rig.set("PATCH", "5/inputs", &json!({ "2001h": 1.5 }));
+    assert_eq!(rig.read(5, "012000"), 1.5_f32.to_bits());
+    assert_eq!(rig.get("5/objects/2001/0")["value"], 1.5);
+    rig.refused("PATCH", "5/inputs", &json!({ "2000h": 1 }), 422, "2000h");
+    let count =
+        json!([{ "object": "2002h", "behaviour": "count", "from": 0, "to": 100_000, "every": "10ms" }]);
+    let node = json!({ "node": { "id": 6, "eds": "pump.eds", "profile": "none", "value": count } });
+    let refused = rig.emulator.send("POST", "/api/v1/stations", &node);
+    assert_eq!(refused.status, 422, "no folder is named for files over HTTP: {refused:?}");
+    let emulator =
+        Emulator::with(&["--node", &pump, "--link", "slcan-tcp:127.0.0.1:0", "--panel-files", folder]);
+    let added = emulator.send("POST", "/api/v1/stations", &node);
+    assert_eq!(added.status, 201, "{added:?}");
+    let value = || emulator.get("/api/v1/stations/6/objects/2002/0")["value"].as_i64();
+    let (first, start) = (value(), std::time::Instant::now());
+    while value() == first {
+        assert!(start.elapsed() < super::panel::PATIENCE, "{first:?}");
+    }
+}

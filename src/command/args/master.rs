@@ -40,6 +40,11 @@ pub(crate) struct Master {
     #[arg(long, global = true, value_name = "N", value_parser = node, display_order = 91)]
     pub(crate) node: Option<NodeId>,
 
+    /// The EDS or DCF of the node: names, types, limits and bits of its objects. Without it those of the AG03/1, the AP10 and the
+    /// ASDA-A2 are known, and of other drives those of CiA 402
+    #[arg(long, global = true, value_name = "FILE", display_order = 91)]
+    pub(crate) eds: Option<PathBuf>,
+
     /// The drive is one of PROFIDRIVE version 2 with this PPO, 1 to 5 (docs/ppo-drive.md): read, write, params, status, monitor,
     /// faults, ack, enable, velocity, stop
     #[arg(long, global = true, value_name = "1..5", value_parser = ppo, display_order = 92)]
@@ -334,6 +339,9 @@ impl Master {
                 return Err("--ppo is for PROFIBUS; leave it out on CANopen".into());
             }
             return self.check_can();
+        }
+        if self.eds.is_some() {
+            return Err("--eds is for a node on CANopen; add --node N".into());
         }
         if self.ppo.is_some() {
             self.check_ppo()?;

@@ -11,9 +11,10 @@ use crate::explain::canopen::Network;
 use crate::explain::hex;
 use crate::host::can::{CanEndpoint, Product, SlcanEndpoint, open_slcan, open_socketcan};
 use crate::host::link::tcp::Connection;
-use crate::host::list::{Choices, Device};
+use crate::host::list::{Choices, Device, NodeFile};
 use crate::host::{Clock, Stop, SystemClock};
 use serde_json::json;
+use tracing::warn;
 
 use super::device::{self, Commissioned, Shown};
 use super::motion::{self, Confirmed};
@@ -43,6 +44,10 @@ pub(super) fn master(args: &Master, place: &CanPlace) -> Result<(), Failure> {
     let leave = motion::confirm(args)?;
     // Before the drive is enabled, so that no signal ends the process with the drive moving.
     let stop = signals::stop_at_end().map_err(|error| Failure::from_error(&error))?;
+    let of_file = match &args.eds {
+        Some(file) => Some(NodeFile::of_file(file).map_err(Failure::Usage)?),
+        None => None,
+    };
     let rate = args.baud.and_then(|baud| baud.can()).unwrap_or(BitRate::K500);
     let bus = open(place, rate)?;
     let limits = NodeLimits { life: args.watchdog, ..NodeLimits::default() };
@@ -55,7 +60,7 @@ pub(super) fn master(args: &Master, place: &CanPlace) -> Result<(), Failure> {
         network: Network::default(),
         product: None,
     };
-    drive.identify()?;
+    drive.identify(of_file)?;
     device::act(&mut drive, &args.action, leave, args.json)
 }
 
@@ -162,10 +167,13 @@ impl Drive {
         Ok(product.objects(&choices))
     }
 
-    /// Which device it is: by device type and vendor. Also asks for the NMT state.
-    fn identify(&mut self) -> Result<(), Failure> {
+    /// Which device it is: that of the file, else by device type and vendor. Also asks for the NMT state.
+    fn identify(&mut self, of_file: Option<&'static Product>) -> Result<(), Failure> {
         if let Ok(frame) = Frame::remote(cob_id::of_node(cob_id::ERROR_CONTROL, self.node), 1) {
             self.bus.send(&frame).map_err(|error| Failure::Other(format!("the bus is lost: {error}")))?;
+        }
+        if let Some(product) = of_file {
+            self.warn_of_another(product)?;
         }
         let device_type = number(&self.must_get(DEVICE_TYPE)?);
         let vendor = self.get(VENDOR)?.ok().map(|octets| number(&octets));
@@ -175,9 +183,27 @@ impl Drive {
                 dictionary::entry(objects, DEVICE_TYPE).map(|entry| entry.default_value(self.node).number());
             default == Ok(Some(device_type)) && vendor == Some(product.sheet.vendor_number.into())
         });
-        self.product = product;
-        if let Some(product) = product {
+        self.product = of_file.or(product);
+        if let Some(product) = self.product {
             self.network.know(self.node, product.vocabulary);
+        }
+        Ok(())
+    }
+
+    /// Says what the node is that the file does not say.
+    fn warn_of_another(&mut self, product: &'static Product) -> Result<(), Failure> {
+        let objects = product.objects(&Choices::default());
+        for at in [VENDOR, Address::new(0x1018, 2)] {
+            let said =
+                dictionary::entry(objects, at).ok().and_then(|entry| entry.default_value(self.node).number());
+            let got = self.get(at)?.ok().map(|octets| number(&octets));
+            if let (Some(said @ 1..), Some(got)) = (said, got)
+                && said != got
+            {
+                warn!(
+                    "the file is of another device: {at} is {got:08X}h in the node and {said:08X}h in the file"
+                );
+            }
         }
         Ok(())
     }

@@ -218,6 +218,11 @@ pub static DEVICES: &[Device] = &[
         name: "eds-node",
         choices: &[
             Choice { required: true, ..Choice::of("eds", Takes::File(&[]), "The EDS or DCF of the node.") },
+            Choice::of(
+                "profile",
+                Takes::OneOf(&["file", "none"], Some("file")),
+                "What is behind the objects: what the profile of its file asks for, or nothing but a memory.",
+            ),
             TWIN,
             OBJECTS,
         ],

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use super::{Choice, Choices, Wrong};
+use super::{Choice, Choices, DEVICES, Device, Wrong};
 use crate::can_bus::canopen::eds::Sheet;
 use crate::can_bus::canopen::parameter::MAX_CONSUMERS;
 use crate::can_bus::canopen::pdo::MAX_PDOS;
@@ -29,13 +29,26 @@ impl NodeFile {
     /// What is wrong with the file.
     pub(super) fn product(&self, choices: &Choices) -> Result<&'static Product, Wrong> {
         let file = choices.file("eds").unwrap_or(Path::new(""));
-        self.held(file).map_err(|words| Wrong::at("eds", words))
+        let is_memory = choices.word("profile") == Some("none");
+        self.held(file, is_memory).map_err(|words| Wrong::at("eds", words))
     }
 
-    fn held(&self, file: &Path) -> Result<&'static Product, String> {
+    /// The device of a file, with what its profile asks for.
+    ///
+    /// # Errors
+    /// What is wrong with the file.
+    pub(crate) fn of_file(file: &Path) -> Result<&'static Product, String> {
+        let known = DEVICES.iter().find_map(|device| match device {
+            Device::NodeFile(known) => Some(known),
+            Device::Slave(_) | Device::Node(_) => None,
+        });
+        known.ok_or_else(|| "no device of a file".to_owned())?.held(file, false)
+    }
+
+    fn held(&self, file: &Path, is_memory: bool) -> Result<&'static Product, String> {
         let octets = eds_octets_of_file(file)?;
         let mut shelf = SHELF.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(held) = shelf.held.iter().find(|held| held.file == file && held.octets == octets) {
+        if let Some(held) = shelf.held.iter().find(|held| held.is_of(file, &octets, is_memory)) {
             return Ok(held.product);
         }
         let in_file = |error: &dyn core::fmt::Display| format!("{}: {error}", file.display());
@@ -58,8 +71,9 @@ impl NodeFile {
             )));
         }
         shelf.cost += cost;
-        let product = self.made(Dictionary::hold(eds), file);
-        shelf.held.push(Held { file: file.to_owned(), octets, product });
+        let dictionary = if is_memory { Dictionary::hold_as_memory(eds) } else { Dictionary::hold(eds) };
+        let product = self.made(dictionary, file);
+        shelf.held.push(Held { file: file.to_owned(), octets, is_memory, product });
         Ok(product)
     }
 
@@ -93,7 +107,14 @@ struct Shelf {
 struct Held {
     file: PathBuf,
     octets: Vec<u8>,
+    is_memory: bool,
     product: &'static Product,
+}
+
+impl Held {
+    fn is_of(&self, file: &Path, octets: &[u8], is_memory: bool) -> bool {
+        self.file == file && self.octets == octets && self.is_memory == is_memory
+    }
 }
 
 static SHELF: Mutex<Shelf> = Mutex::new(Shelf { held: Vec::new(), cost: 0 });
@@ -151,8 +172,9 @@ mod tests {
     #[test]
     fn the_tables_of_a_file_are_held_once() {
         let file = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/eds/pump.eds"));
-        let (one, other) = (NODE.held(file).unwrap(), NODE.held(file).unwrap());
+        let (one, other) = (NODE.held(file, false).unwrap(), NODE.held(file, false).unwrap());
         assert!(core::ptr::eq(one, other));
+        assert!(!core::ptr::eq(one, NODE.held(file, true).unwrap()));
         assert_eq!((one.sheet.product_name, one.sheet.kilobits), ("Pump", &[125, 250, 500, 1000][..]));
     }
 
