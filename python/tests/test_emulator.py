@@ -185,3 +185,14 @@ def test_telegrams_are_explained() -> None:
     assert [field.name for field in request.fields][:3] == ["SD1", "DA", "SA"]
     (broken,) = decode("10 05 02 49 51 16")
     assert broken.mark == "invalid"
+
+
+def test_objects_of_a_node_from_its_file_are_set() -> None:
+    sheet = Path(__file__).parents[2] / "tests" / "eds" / "pump.eds"
+    with Emulator(nodes=[f"5,eds={sheet}"]) as emulator:
+        node = emulator.drives[5]
+        for value in (1.5, -0.25):
+            node.set_inputs(**{"2001h": value})
+            assert node.read_object(0x2001) == value
+        node.reset_inputs()
+        assert node.inputs["2001h"] == 1.5

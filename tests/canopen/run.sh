@@ -42,6 +42,20 @@ done
 for file in pump.eds servo.dcf; do
     "$venv/bin/python" "$here/nodes.py" "$profidrive" "$root/tests/eds/$file"
 done
+# A folder with files of manufacturers, which are not here, is tried file by file.
+"$venv/bin/python" "$here/file_drive.py" "$profidrive" "$root/tests/eds/asda-a2.eds" ${PROFIDRIVE_EDS_FOLDER:+"$PROFIDRIVE_EDS_FOLDER"}
+if command -v npm >/dev/null; then
+    peers=${CANOPEN_NPM:-$target/canopen-npm}
+    mkdir -p "$peers"
+    cp "$here/package.json" "$here/npm_master.js" "$peers"
+    npm install --silent --no-audit --no-fund --prefix "$peers" || cannot "npm cannot install canopen; is a registry within reach?"
+    start_emulator "$profidrive" --node "5,eds=$root/tests/eds/asda-a2.eds" --link slcan-tcp:127.0.0.1:0
+    link=$(sed -n 's/^ready link=slcan-tcp:\([^ ]*\) .*/\1/p' "$work/ready")
+    node "$peers/npm_master.js" "$link" 5
+    stop_emulator
+else
+    echo "npm is not here: node-canopen is left out"
+fi
 
 "$profidrive" eds asda-a2 >"$work/asda-a2.eds"
 "$profidrive" eds ag03-1 >"$work/ag03-1.eds"
