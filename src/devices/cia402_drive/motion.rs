@@ -129,7 +129,7 @@ impl Drive {
         let (min, max) = (self.settings.of(Setting::RangeMin), self.settings.of(Setting::RangeMax));
         let units = max - min + 1;
         let is_range = max > min && units <= OFF;
-        is_range.then(|| (min as f64 * self.units.position, units as f64 * self.units.position))
+        is_range.then_some((min as f64 * self.units.position, units as f64 * self.units.position))
     }
 
     /// Whole ranges of 607Bh from an absolute target to where it is meant, by bits 6 and 7 of 60F2h: within the range that the

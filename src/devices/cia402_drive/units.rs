@@ -105,7 +105,7 @@ mod tests {
         assert_eq!(units(&[])[1..], [0.006, 0.006]);
         assert_eq!(units(&[(VelocityUnit, 0x00B4_4700)])[1..], [1.0, 1.0]);
         assert_eq!(units(&[(VelocityUnit, 0xFDB4_4700), (Polarity, 0x40)])[1..], [-0.001, 0.001]);
-        let factors = [(VelocityNumerator, 3), (VelocityDivisor, 2), (AccelerationNumerator, 5)];
-        assert_eq!(units(&factors)[1..], [0.009, 0.03]);
+        let factors = [(VelocityNumerator, 4), (VelocityDivisor, 2), (AccelerationNumerator, 4)];
+        assert_eq!(units(&factors)[1..], [0.012, 0.024]);
     }
 }
