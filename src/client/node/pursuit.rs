@@ -217,12 +217,21 @@ impl NodeClient {
     /// The node has refused what the step asks of it, or does not answer.
     pub(super) fn step_refused(&mut self, now: Instant, pursuit: Pursuit, trouble: NodeTrouble) {
         let act = pursuit.course.step().map(|step| step.act);
+        let is_absent = matches!(trouble, NodeTrouble::Refused { code: Abort::NO_OBJECT, .. });
         let device_state = matches!(trouble, NodeTrouble::Refused { code: Abort::DEVICE_STATE, .. });
         match (pursuit.goal, act) {
             // What could not be put back does not keep from the rest.
             (NodeGoal::Leave, _)
             // A device without heartbeats goes without.
             | (_, Some(Act::Keep(Kept::Heartbeat) | Act::Guard(Kept::Heartbeat))) => {
+                self.step(now, pursuit.next());
+            }
+            // Nor a node that has no node guarding, though nobody stops it then when the master is lost.
+            (_, Some(Act::Keep(kept @ (Kept::GuardTime | Kept::LifeFactor)))) if is_absent => {
+                self.before.keep(kept, 0);
+                self.step(now, pursuit.next());
+            }
+            (_, Some(Act::Guard(Kept::GuardTime | Kept::LifeFactor))) if is_absent => {
                 self.step(now, pursuit.next());
             }
             // A drive that takes no control word in this state is not enabled: there is nothing to stop.

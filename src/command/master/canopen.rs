@@ -33,6 +33,7 @@ type Answer = Result<Octets, NodeTrouble>;
 
 const DEVICE_TYPE: Address = Address::new(0x1000, 0);
 const VENDOR: Address = Address::new(0x1018, 1);
+const GUARD_TIME: Address = Address::new(0x100C, 0);
 const POSITION: Address = Address::new(0x6064, 0);
 const NEWEST_ERROR: Address = Address::new(0x1003, 1);
 /// Of a device with a choice of gears: which one it has.
@@ -382,6 +383,9 @@ impl Commissioned for Drive {
                 return device::not_here();
             }
         };
+        if let Err(NodeTrouble::Refused { code: Abort::NO_OBJECT, .. }) = self.get(GUARD_TIME)? {
+            warn!("the node has no node guarding (100Ch): if this master is lost, it goes on");
+        }
         let reached = self.pursue(goal)?;
         self.stop.clear();
         let why = match reached {
