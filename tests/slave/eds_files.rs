@@ -65,3 +65,35 @@ fn every_file_of_a_folder_is_read() {
     assert!(files > 0);
     println!("{files} files, {objects} objects");
 }
+
+/// Files of 10 MB of every bad form end with what was read or with a sentence; `PROFIDRIVE_LONG` adds slow ones.
+#[test]
+fn files_of_10_mb_end_with_a_sentence() {
+    const LEN: usize = 10_000_000;
+    let entries = || {
+        let entry = |number: usize| {
+            let (index, sub) = (0x2000 + number / 250, number % 250);
+            let head = if sub == 0 { format!("[{index:04X}]\nObjectType=9\n") } else { String::new() };
+            format!("{head}[{index:04X}sub{sub:X}]\nParameterName={number:0150}\nDataType=7\nAccessType=rw\n")
+        };
+        (0..LEN / 200).map(entry).collect::<String>().into_bytes()
+    };
+    let mut files = vec![
+        vec![0; LEN],
+        vec![b'['; LEN],
+        [b"[1000]\nParameterName=", &vec![b'x'; LEN][..]].concat(),
+        [b"[1000]\nDefaultValue=", &vec![b'9'; LEN][..]].concat(),
+    ];
+    if std::env::var_os("PROFIDRIVE_LONG").is_some() {
+        files.extend([entries(), b"[1000]\n".repeat(LEN / 7), b"a=b\n".repeat(LEN / 4)]);
+    }
+    let mut read = 0;
+    for file in files {
+        match Eds::read(&file) {
+            Ok(eds) => read += eds.objects.values().map(|object| object.entries.len()).sum::<usize>(),
+            Err(error) => assert!(!error.to_string().is_empty()),
+        }
+    }
+    assert!(read >= 2, "{read}");
+    assert!(Eds::read(&vec![b' '; 17 << 20]).is_err(), "17 MB");
+}

@@ -82,6 +82,8 @@ mod eds_io;
 #[cfg(feature = "std")]
 mod eds_node;
 #[cfg(feature = "std")]
+mod eds_profiles;
+#[cfg(feature = "std")]
 mod eds_transfers;
 #[cfg(feature = "std")]
 #[path = "../helpers/file_drive.rs"]
