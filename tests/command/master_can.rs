@@ -195,10 +195,16 @@ fn what_does_not_fit_together_on_the_command_line_is_said() {
             "there are read, write, status, move, home, stop, ack and faults",
         ),
         (&["--link", "slcan-tcp:127.0.0.1:1", "--node", "0", "status"], "1 to 127"),
-        (&["--link", "slcan-tcp:127.0.0.1:1", "--node", "5", "--baud", "19200", "status"], "none of CAN"),
+        (
+            &["--link", "slcan-tcp:127.0.0.1:1", "--node", "5", "--baud", "19200", "status"],
+            "no rate of a CAN bus",
+        ),
         (&["--link", "slcan-tty:", "--node", "5", "status"], "the name is missing"),
         (&["--link", "tcp:127.0.0.1:1", "--node", "5", "status"], "--node is for CANopen"),
-        (&["--link", "tcp:127.0.0.1:1", "--address", "5", "--baud", "250000", "status"], "none of PROFIBUS"),
+        (
+            &["--link", "tcp:127.0.0.1:1", "--address", "5", "--baud", "250000", "status"],
+            "no rate of PROFIBUS",
+        ),
         (&["--link", "tcp:127.0.0.1:1", "--address", "5", "read", "6041:00"], "invalid value '6041:00'"),
     ] {
         let (code, stderr) = run(arguments);
@@ -250,7 +256,7 @@ fn a_node_is_commissioned_by_its_file() {
     assert!(moved.starts_with("reached; position"), "{moved}");
     let position = bus.says("9", &by_file(drive, &["read", "o6064", "--json"]));
     let position: Value = serde_json::from_str(&position).unwrap();
-    assert_eq!((&position["object"], &position["value"]), (&"6064h".into(), &500.into()));
+    assert_eq!((&position["object"], &position["value"]), (&"6064h:00".into(), &500.into()));
     // The names are those of the file.
     let wrong = bus.fails("5", &by_file(pump, &["read", "no such object"]), 2);
     assert!(wrong.contains("of the Pump"), "{wrong}");
