@@ -78,8 +78,9 @@ class Process:
             # Ctrl-Break reaches a whole group: one of its own.
             flags = subprocess.CREATE_NEW_PROCESS_GROUP
         self._process = subprocess.Popen(
-            [str(binary()), *arguments],
-            stdin=subprocess.DEVNULL,
+            # It ends with this process, also if that is killed: the pipe ends then.
+            [str(binary()), *arguments, "--end-with-stdin"],
+            stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
@@ -137,6 +138,10 @@ class Process:
         self._join()
         return status
 
+    @property
+    def pid(self) -> int:
+        return self._process.pid
+
     def is_running(self) -> bool:
         return self._process.poll() is None
 
@@ -145,6 +150,8 @@ class Process:
         return list(self._log)
 
     def _join(self) -> None:
+        assert self._process.stdin is not None
+        self._process.stdin.close()
         for thread in self._threads:
             thread.join(5)
 

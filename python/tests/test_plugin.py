@@ -1,4 +1,9 @@
+import os
 import socket
+import subprocess
+import sys
+import textwrap
+import time
 from pathlib import Path
 
 import pytest
@@ -34,6 +39,42 @@ def test_a_failed_test_shows_the_last_telegrams_and_leaves_the_capture(pytester:
     result.stdout.fnmatch_lines(["*profibus line, call*", "*telegram: 2 -> 5*FDL status request*", "*all 2 telegrams: *"])
     (last,) = [line for line in result.stdout.lines if line.startswith("all 2 telegrams: ")]
     assert Path(last.removeprefix("all 2 telegrams: ")).stat().st_size > 0
+
+
+KILLED = """
+    import time
+
+    def test_of_a_master(profibus_line):
+        print(f"\\nemulator={profibus_line._process.pid}", flush=True)
+        time.sleep(60)
+"""
+
+
+def test_the_emulator_ends_with_a_pytest_that_is_killed(tmp_path: Path) -> None:
+    (tmp_path / "test_killed.py").write_text(textwrap.dedent(KILLED))
+    command = [sys.executable, "-m", "pytest", "-s", "-q", "test_killed.py"]
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, text=True) as tests:
+        assert tests.stdout is not None
+        emulator = next(int(line.partition("=")[2]) for line in tests.stdout if line.startswith("emulator="))
+        assert is_running(emulator)
+        tests.kill()
+    end = time.monotonic() + 10
+    while is_running(emulator):
+        assert time.monotonic() < end, "the emulator is still there"
+        time.sleep(0.05)
+
+
+def is_running(process: int) -> bool:
+    if sys.platform == "win32":
+        listed = subprocess.run(["tasklist", "/FI", f"PID eq {process}"], stdout=subprocess.PIPE, text=True, check=True)
+        return str(process) in listed.stdout
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    # One that nobody waited for is a zombie: it has ended.
+    listed = subprocess.run(["ps", "-o", "stat=", "-p", str(process)], stdout=subprocess.PIPE, text=True)
+    return bool(listed.stdout.strip()) and not listed.stdout.startswith("Z")
 
 
 def test_a_port_that_is_free_again() -> None:

@@ -44,6 +44,7 @@ const NOISE_PAUSE: Duration = Duration::from_secs(1);
 /// Runs what the arguments ask for, until SIGINT, SIGTERM, or SIGHUP, which comes when the window of its terminal is
 /// closed.
 pub(crate) fn emulate(args: Emulate) -> Result<(), Failure> {
+    let end_with_stdin = args.end_with_stdin;
     let plan = match &args.line {
         Some(file) => {
             let plan = line_file::read(file)?;
@@ -54,7 +55,7 @@ pub(crate) fn emulate(args: Emulate) -> Result<(), Failure> {
         }
         None => LinesPlan { metrics: args.metrics(), lines: vec![LinePlan::of_flags(args)?] },
     };
-    lines::run(plan)
+    lines::run(plan, end_with_stdin)
 }
 
 /// All lines of the process.

@@ -44,6 +44,10 @@ pub(crate) fn judge(args: &args::Judge) -> Result<ExitCode, Failure> {
         return finish(args, report);
     }
     let stop = signals::stop_at_end().map_err(|error| Failure::from_error(&error))?;
+    if args.end_with_stdin {
+        let stop = stop.clone();
+        signals::when_stdin_ends(move || stop.request()).map_err(|error| Failure::from_error(&error))?;
+    }
     let more = scenarios::read(&args.scenarios, &setup)?;
     for scenario in &more {
         if !scenario.is_for(&rows) {

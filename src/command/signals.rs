@@ -4,10 +4,13 @@
 //! | --- | --- | --- |
 //! | end | SIGINT, SIGTERM, SIGHUP (a closed terminal), SIGQUIT (no core dump) | Ctrl-C, Ctrl-Break, closed console, log-off, shutdown |
 //! | report | SIGUSR1 | none |
+//!
+//! Where it is asked for, the end of the standard input wishes the end, too.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 use std::io;
 use std::sync::Arc;
+use std::thread;
 
 use crate::host::Stop;
 
@@ -43,6 +46,16 @@ impl Signals {
         self.end.store(true, Ordering::SeqCst);
         self.stop.request();
     }
+}
+
+/// Calls `act` when the standard input has ended, as it does with the program that holds its other end.
+pub(crate) fn when_stdin_ends(act: impl FnOnce() + Send + 'static) -> io::Result<()> {
+    let wait = move || {
+        // What comes is for nobody; what fails has ended.
+        let _ = io::copy(&mut io::stdin().lock(), &mut io::sink());
+        act();
+    };
+    thread::Builder::new().name("stdin".into()).spawn(wait).map(drop)
 }
 
 /// Requested when the end is wished; from now on that does not end the process by itself.

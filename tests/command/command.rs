@@ -157,6 +157,25 @@ fn the_ready_line_names_the_link_and_the_drives_and_both_signals_end_with_0() {
     }
 }
 
+/// Also a file of several lines, and nodes.
+#[test]
+fn it_ends_with_its_standard_input_if_it_is_asked_to() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("lines.toml");
+    fs::write(&file, "[[line]]\nlink = \"pty\"\n[[line.drive]]\naddress = 5\n".repeat(2)).unwrap();
+    for what in [&["--drive", "5"][..], &["--node", "5"], &["--line", file.to_str().unwrap()]] {
+        let arguments = [&["emulate"], what, &["--end-with-stdin"]].concat();
+        let mut emulator = Emulator::spawn(profidrive(&arguments).stdin(Stdio::piped()));
+        assert!(emulator.process.try_wait().unwrap().is_none(), "it runs as long as it is open");
+        drop(emulator.process.stdin.take());
+        let (code, _, stderr) = emulator.end();
+        assert_eq!(code, Some(0), "{stderr}");
+    }
+    // Ended before anything was opened.
+    let outcome = output(&["emulate", "--end-with-stdin"]);
+    assert_eq!(outcome.status.code(), Some(0));
+}
+
 #[test]
 fn without_arguments_one_drive_is_on_a_terminal_of_its_own() {
     let emulator = Emulator::start(&[]);

@@ -39,7 +39,7 @@ pub(crate) struct Emulate {
     )]
     pub(crate) single: Vec<Spec>,
 
-    /// Takes everything from a file, also several lines (docs/line.md); only --check can be given with it
+    /// Takes everything from a file, also several lines (docs/line.md); only --check and --end-with-stdin can be given with it
     #[arg(
         long,
         value_name = "FILE.toml",
@@ -186,6 +186,10 @@ pub(crate) struct Emulate {
     #[arg(long, value_name = "FILE.pcapng")]
     pub(crate) capture: Option<PathBuf>,
 
+    /// Ends when its standard input ends: with the program that started it, also if that is killed
+    #[arg(long)]
+    pub(crate) end_with_stdin: bool,
+
     /// How all drives behave where the manuals are not clear; repeat it for more (--help lists the quirks)
     #[arg(
         long = "quirk",
@@ -245,6 +249,7 @@ impl Emulate {
             panel_files: None,
             state_dir: None,
             capture: None,
+            end_with_stdin: false,
             quirks: Vec::new(),
         }
     }

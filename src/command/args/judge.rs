@@ -137,6 +137,10 @@ pub(crate) struct Judge {
     /// Let other machines connect to a tcp link
     #[arg(long)]
     pub(crate) allow_remote: bool,
+
+    /// End when the standard input ends: with the program that started the judge, also if that is killed
+    #[arg(long, conflicts_with = "capture_file")]
+    pub(crate) end_with_stdin: bool,
 }
 
 #[derive(Debug, clap::Subcommand)]

@@ -13,10 +13,10 @@ use tracing::{error_span, info, warn};
 use super::{LinePlan, LinesPlan, run_line};
 use crate::command::Failure;
 use crate::command::args::MetricsSpec;
-use crate::command::signals::Signals;
+use crate::command::signals::{Signals, when_stdin_ends};
 
-/// Runs all lines until a signal, or until one of them fails.
-pub(super) fn run(plan: LinesPlan) -> Result<(), Failure> {
+/// Runs all lines until a signal, or until one of them fails, or until the standard input ends if they shall end with it.
+pub(super) fn run(plan: LinesPlan, end_with_stdin: bool) -> Result<(), Failure> {
     let LinesPlan { lines: mut plans, metrics } = plan;
     // Before any line, so that a refusal leaves nothing behind.
     let metrics = metrics.as_ref().map(start_metrics).transpose()?;
@@ -28,6 +28,10 @@ pub(super) fn run(plan: LinesPlan) -> Result<(), Failure> {
         state: Mutex::default(),
         changed: Condvar::new(),
     });
+    if end_with_stdin {
+        let all = Arc::clone(&common);
+        when_stdin_ends(move || all.end()).map_err(|error| Failure::from_error(&error))?;
+    }
     let starts = |number| Start { number, common: Arc::clone(&common) };
     if plans.len() == 1
         && let Some(plan) = plans.pop()
@@ -39,7 +43,7 @@ pub(super) fn run(plan: LinesPlan) -> Result<(), Failure> {
         thread::spawn(move || {
             let _line = error_span!("line", number = number + 1).entered();
             // A thread that panics ends the others, too.
-            let end = EndAll(&start);
+            let end = EndAll(&start.common);
             let outcome = run_line(plan, &start);
             if outcome.is_ok() {
                 core::mem::forget(end);
@@ -93,8 +97,8 @@ struct Common {
 struct State {
     /// How many lines are open.
     open: usize,
-    /// One has failed.
-    failed: bool,
+    /// All lines end: one has failed, or the end is wished.
+    ended: bool,
     /// How the lines are ended.
     ends: Vec<(Arc<AtomicBool>, Stop)>,
     /// Ready lines that wait for those before them, by number.
@@ -103,11 +107,26 @@ struct State {
     said: usize,
 }
 
-impl Start {
+impl Common {
     fn state(&self) -> MutexGuard<'_, State> {
-        self.common.state.lock().unwrap_or_else(PoisonError::into_inner)
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Ends every line, also one that has not begun.
+    fn end(&self) {
+        let mut state = self.state();
+        state.ended = true;
+        state.ends.iter().for_each(end_line);
+        self.changed.notify_all();
+    }
+}
+
+fn end_line((end, stop): &(Arc<AtomicBool>, Stop)) {
+    end.store(true, Ordering::SeqCst);
+    stop.request();
+}
+
+impl Start {
     /// What this line is called: `line`, where there are several with its number.
     pub(super) fn name(&self) -> String {
         match self.common.count {
@@ -136,27 +155,32 @@ impl Start {
         Some(self.common.metrics.as_ref()?.can_line(self.number + 1, link, wake.clone()))
     }
 
-    /// These end this line when another one fails.
+    /// These end this line when all end.
     pub(super) fn ends_with(&self, signals: &Signals) {
-        self.state().ends.push((Arc::clone(&signals.end), signals.stop.clone()));
+        let line = (Arc::clone(&signals.end), signals.stop.clone());
+        let mut state = self.common.state();
+        if state.ended {
+            end_line(&line);
+        }
+        state.ends.push(line);
     }
 
-    /// Waits until every line is open. `false`: one cannot be opened.
+    /// Waits until every line is open. `false`: all end before that.
     pub(super) fn all_are_open(&self) -> bool {
-        let mut state = self.state();
+        let mut state = self.common.state();
         state.open += 1;
         self.common.changed.notify_all();
-        while state.open < self.common.count && !state.failed {
+        while state.open < self.common.count && !state.ended {
             state = self.common.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
-        !state.failed
+        !state.ended
     }
 
     /// Says on stdout that a master can begin, behind the lines before it.
     pub(super) fn announce(&self, ready: &str) {
         let metrics = self.common.metrics.as_ref();
         let metrics = metrics.map(|metrics| format!(" metrics=http://{}{PATH}", metrics.address()));
-        let mut state = self.state();
+        let mut state = self.common.state();
         state.ready.push((self.number, format!("{ready}{}", metrics.unwrap_or_default())));
         while let Some(place) = state.ready.iter().position(|(number, _)| *number == state.said) {
             let (_, ready) = state.ready.swap_remove(place);
@@ -171,16 +195,10 @@ impl Start {
 }
 
 /// Ends every line when it is dropped.
-struct EndAll<'a>(&'a Start);
+struct EndAll<'a>(&'a Common);
 
 impl Drop for EndAll<'_> {
     fn drop(&mut self) {
-        let mut state = self.0.state();
-        state.failed = true;
-        for (end, stop) in &state.ends {
-            end.store(true, Ordering::SeqCst);
-            stop.request();
-        }
-        self.0.common.changed.notify_all();
+        self.0.end();
     }
 }
