@@ -1,6 +1,7 @@
 //! What every device can be asked by a person or a program, whatever its bus. A face (panel, command, metrics, documents)
 //! shows what a device says here, and knows no device.
 
+pub mod acyclic;
 mod bits;
 pub mod description;
 mod device_event;
@@ -14,6 +15,7 @@ mod why;
 #[cfg(test)]
 pub(crate) use quirk::check;
 
+pub use acyclic::Acyclic;
 pub(crate) use bits::bits_of_word;
 pub use description::Description;
 pub use device_event::{AnyDeviceEvent, DeviceEvent};

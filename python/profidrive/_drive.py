@@ -220,6 +220,51 @@ class Drive:
         """Ends the diagnosis."""
         self._api.request("DELETE", f"{self._path}/diagnosis")
 
+    # Records and alarms of a station of DP-V1 (docs/stations.md).
+
+    @property
+    def records(self) -> dict[tuple[int, int], bytes]:
+        """What is in its records, by slot and index: `station.records[1, 10]`."""
+        records = self._api.get(f"{self._path}/records")["records"]
+        return {(record["slot"], record["index"]): bytes.fromhex(record["data"]) for record in records}
+
+    def set_record(self, slot: int, index: int, data: bytes) -> None:
+        """Changes a record as the device does, also one that a master cannot write: as many octets as it has."""
+        self._api.request("PUT", f"{self._path}/records/{slot}/{index}", {"data": data.hex()})
+
+    @property
+    def alarms(self) -> list[dict[str, Any]]:
+        """The alarms that the master has not acknowledged, each `pending` or `delivered` in `state`."""
+        alarms: list[dict[str, Any]] = self._api.get(f"{self._path}/alarms")["alarms"]
+        return alarms
+
+    def raise_alarm(
+        self, type: int | str, slot: int = 0, *, specifier: str = "none", additional_ack: bool = False, data: bytes = b""
+    ) -> dict[str, Any]:
+        """Raises an alarm: `process`, `diagnostic`, `pull`, `plug`, `status`, `update` or a number.
+
+        `specifier` is `none`, `appears`, `disappears` or `still`. The answer is the alarm, as in `alarms`. An `ApiError` says
+        why it may not come: no master in data exchange, a type that the master or the device file does not have.
+        """
+        alarm = {"type": type, "slot": slot, "specifier": specifier, "additional_ack": additional_ack, "data": data.hex()}
+        answer = self._api.request("POST", f"{self._path}/alarms", alarm)
+        assert isinstance(answer, dict)
+        return answer
+
+    def forget_alarms(self) -> None:
+        """Forgets every alarm, as if none had been raised."""
+        self._api.request("DELETE", f"{self._path}/alarms")
+
+    def send_status(self, type: int, slot: int = 0, *, specifier: str = "none", data: bytes = b"") -> None:
+        """Sends a status message, which nobody acknowledges."""
+        message = {"type": type, "slot": slot, "specifier": specifier, "data": data.hex()}
+        self._api.request("POST", f"{self._path}/status-messages", message)
+
+    @property
+    def acyclic(self) -> dict[str, Any]:
+        """The channel of the owner, the connections of masters of class 2, identification and maintenance."""
+        return self._api.get(f"{self._path}/acyclic")
+
     # What happens.
 
     def events(self, *kinds: Kind, interval_milliseconds: int = 100) -> Events:

@@ -161,6 +161,38 @@ def test_a_drive_of_the_profile_is_a_drive() -> None:
         assert "a fault" in drive.why
 
 
+def test_records_and_alarms_of_a_station_of_dp_v1(tmp_path: Path) -> None:
+    gsd = tmp_path / "v1.gsd"
+    gsd.write_text(
+        "#Profibus_DP\nIdent_Number=0x1234\nDPV1_Slave=1\nMax_Diag_Data_Len=60\nC1_Read_Write_supp=1\n"
+        "C1_Max_Data_Len=240\nProcess_Alarm_supp=1\nMax_User_Prm_Data_Len=3\n"
+        'Ext_User_Prm_Data_Const(0)=0x80,0x40,0x00\nModule="io" 0x31\nEndModule\n'
+    )
+    records = tmp_path / "records.toml"
+    records.write_text('[[record]]\nslot = 1\nindex = 10\ndata = "01 02"\n')
+    with Emulator(link="tcp:127.0.0.1:0", stations=[f"7,gsd={gsd},records={records}"]) as emulator:
+        station = emulator.stations[7]
+        assert station.records == {(1, 10): b"\x01\x02"}
+        station.set_record(1, 10, b"AB")
+        assert station.records[1, 10] == b"AB"
+        with pytest.raises(ApiError, match="expected 2"):
+            station.set_record(1, 10, b"A")
+        with pytest.raises(ApiError, match="not in data exchange"):
+            station.raise_alarm("process", 1)
+        with pytest.raises(ApiError, match="not in data exchange"):
+            station.send_status(1)
+        assert station.acyclic["ms1"]["open"] is False
+        ask(emulator, bytes.fromhex("68 0F 0F 68 87 82 6D 3D 3E 80 01 01 0B 12 34 00 80 40 00 84 16"), 1)
+        ask(emulator, bytes.fromhex("68 06 06 68 87 82 5D 3E 3E 31 13 16"), 1)
+        assert station.acyclic["ms1"] == {"open": True, "owner": 2, "busy": False}
+        raised = station.raise_alarm("process", 1, specifier="appears", data=b"P")
+        assert (raised["type"], raised["state"], raised["data"]) == (2, "pending", "50")
+        assert station.alarms == [raised]
+        station.forget_alarms()
+        assert station.alarms == []
+        station.send_status(1, 1, data=b"x")
+
+
 def test_what_cannot_start_says_why() -> None:
     with pytest.raises(ProfidriveError, match="two drives|address 5"), Emulator(drives=[5, 5]):
         pass

@@ -3,7 +3,7 @@
 
 use core::fmt;
 
-use super::Surroundings;
+use super::{Acyclic, Surroundings};
 use crate::time::Instant;
 
 /// Whether a device is supplied.
@@ -350,6 +350,16 @@ pub trait Description: Surroundings {
     ) -> Result<(), Denied> {
         say(&"it has no parameters");
         Err(Denied::Unknown)
+    }
+
+    /// Its records and alarms; `None`: it has none.
+    fn acyclic(&self) -> Option<&dyn Acyclic> {
+        None
+    }
+
+    /// The same, to change them.
+    fn acyclic_mut(&mut self) -> Option<&mut dyn Acyclic> {
+        None
     }
 
     /// How safe what its memory holds is.

@@ -3,6 +3,7 @@
 use core::fmt;
 
 use crate::process::Point;
+use crate::profibus::dpv1::{AlarmHead, StatusType};
 
 /// Something that was done by hand. `Display` is one line of plain English; the texts of a raised diagnosis follow as the
 /// words of [`Refusals`](super::Refusals).
@@ -45,6 +46,27 @@ pub enum ByHand {
         /// The number of the slot.
         slot: u16,
     },
+    /// The device has other octets in a record.
+    RecordChanged {
+        /// The slot of the record.
+        slot: u8,
+        /// Its index.
+        index: u8,
+    },
+    /// An alarm waits for the master.
+    AlarmRaised {
+        /// Which.
+        alarm: AlarmHead,
+    },
+    /// Every alarm is forgotten.
+    AlarmsForgotten,
+    /// A status message waits for the master.
+    StatusSent {
+        /// What kind.
+        kind: StatusType,
+        /// Of which slot.
+        slot: u8,
+    },
 }
 
 impl fmt::Display for ByHand {
@@ -61,6 +83,12 @@ impl fmt::Display for ByHand {
             Self::Pulled { slot } => write!(f, "the module of slot {slot} is pulled"),
             Self::PluggedOther { slot } => write!(f, "another module is plugged in slot {slot}"),
             Self::Plugged { slot } => write!(f, "the module of slot {slot} is plugged"),
+            Self::RecordChanged { slot, index } => {
+                write!(f, "record {index} of slot {slot} is changed by the device")
+            }
+            Self::AlarmRaised { alarm } => write!(f, "raised the {alarm}"),
+            Self::AlarmsForgotten => f.write_str("every alarm is forgotten"),
+            Self::StatusSent { kind, slot } => write!(f, "sends a {kind} of slot {slot}"),
             Self::Ended => f.write_str("no diagnosis is raised by hand any more"),
         }
     }

@@ -6,7 +6,7 @@ use super::reported::InSlot;
 use super::{GsdStation, OutputsAre};
 use crate::face::description::{Amount, Exchange, ExchangeEntry};
 use crate::face::surroundings::{Declined, Provocable};
-use crate::face::{Description, Surroundings};
+use crate::face::{Acyclic, Description, Surroundings};
 use crate::gsd::{ModuleState, PrmValue};
 use crate::time::Instant;
 
@@ -99,6 +99,14 @@ impl GsdStation {
 }
 
 impl Description for GsdStation {
+    fn acyclic(&self) -> Option<&dyn Acyclic> {
+        self.services().is_some().then_some(self)
+    }
+
+    fn acyclic_mut(&mut self) -> Option<&mut dyn Acyclic> {
+        if self.services().is_some() { Some(self) } else { None }
+    }
+
     fn say_state(&self, say: &mut dyn FnMut(&dyn fmt::Display)) {
         say(&self.outputs_are().words());
     }

@@ -17,6 +17,7 @@ use crate::devices::StationEvent;
 use crate::face::Description;
 use crate::gsd::{Gsd, ModuleState, Placed, Raised, Station};
 use crate::image::Generation;
+use crate::image::storage::Outcome;
 use crate::process::{Elsewhere, Image, Input, Point, Process, Slot, ValueError};
 use crate::profibus::dp;
 use crate::profibus::fdl::MAX_TELEGRAM_LEN;
@@ -24,11 +25,13 @@ use crate::profibus::fdl::{Address, Rates, Telegram};
 use crate::time::{BaudRate, Instant};
 
 mod acyclic;
+mod acyclic_face;
 mod outputs;
 mod records;
 #[cfg(feature = "parameters")]
 mod records_file;
 mod reporting;
+mod storing;
 
 use acyclic::Acyclic;
 pub use outputs::OutputsAre;
@@ -129,28 +132,39 @@ impl GsdStation {
         self
     }
 
-    /// The same station at the address that Set_Slave_Add gave it before it was switched off; its file in `state` keeps the
-    /// address from now on. The master is answered before the disk is.
+    /// The same station at the address that Set_Slave_Add gave it before it was switched off, with the records that were
+    /// written; its file in `state` keeps them from now on. A master that writes a record is answered when the disk has it, one
+    /// that sets the address before.
     ///
     /// # Errors
     /// [`StateDirError::Owned`], [`StateDirError::File`], [`StateDirError::Refused`]; the file is as before.
     pub(crate) fn kept_in(mut self, state: &StateDir, now: Instant) -> Result<Stored<Self>, StateDirError> {
         let ident = self.slave().description().ident;
         let (file, image, kept) = KeptImage::open(state, "gsd", ident, self.station.address())?;
-        if let Some(Kept { address, rem_slave_data, .. }) = kept {
+        if let Some(acyclic) = &mut self.acyclic {
+            acyclic.records.storing.on = true;
+        }
+        if let Some(Kept { address, rem_slave_data, records, .. }) = kept {
             self.station.recall(address, &rem_slave_data);
+            if let Some(acyclic) = &mut self.acyclic {
+                acyclic.records.recall(records);
+            }
         }
         self.image = Some(image);
         Ok(Stored::in_file(self, file, now))
     }
 
-    /// Set_Slave_Add gave it another address.
-    fn keep_address(&mut self) {
-        let Self { station, image, .. } = self;
+    /// What it keeps, `waits`: somebody waits until it is safe.
+    fn keep(&mut self, waits: bool) {
+        let Self { station, image, acyclic, .. } = self;
         if let Some(image) = image {
-            let (address, rem_slave_data) =
-                (station.stored_address(), station.slave().rem_slave_data().to_vec());
-            image.keep(&Kept { address, rem_slave_data, values: Vec::new() }, false);
+            let kept = Kept {
+                address: station.stored_address(),
+                rem_slave_data: station.slave().rem_slave_data().to_vec(),
+                values: Vec::new(),
+                records: acyclic.as_ref().map(|acyclic| acyclic.records.kept()).unwrap_or_default(),
+            };
+            image.keep(&kept, waits);
         }
     }
 
@@ -414,12 +428,29 @@ impl Images for GsdStation {
     type Generation = Generation;
 
     fn poll_image(&mut self) -> Option<(Generation, Vec<u8>)> {
+        let due = self.acyclic.as_mut().and_then(|acyclic| acyclic.records.storing.take());
+        if let Some(waits) = due {
+            self.keep(waits);
+        }
         self.image.as_mut()?.poll()
     }
 
     fn handle_stored(&mut self, _: Instant, generation: Generation, stored: bool) {
-        if let Some(image) = &mut self.image {
-            let _nobody_waits = image.report(generation, stored);
+        let (Some(image), acyclic) = (&mut self.image, &mut self.acyclic) else { return };
+        let outcome = image.report(generation, stored);
+        let mut settle = |stored| {
+            if let Some(acyclic) = acyclic {
+                acyclic.records.settle(stored);
+            }
+        };
+        match outcome {
+            Outcome::None => {}
+            Outcome::Safe => settle(true),
+            Outcome::Undone => {
+                settle(false);
+                // The file may hold what was refused.
+                self.keep(false);
+            }
         }
     }
 }
@@ -496,6 +527,9 @@ impl Participant for GsdStation {
 
     fn poll_timeout(&self) -> Option<Instant> {
         let of_services = Instant::first_of(self.service_timeout(), self.due());
+        let is_due = |acyclic: &Acyclic| acyclic.records.storing.is_due();
+        let to_keep = self.acyclic.as_deref().is_some_and(is_due).then_some(self.now);
+        let of_services = Instant::first_of(of_services, to_keep);
         Instant::first_of(self.station.poll_timeout(), of_services)
     }
 

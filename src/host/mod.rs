@@ -54,6 +54,7 @@ mod drive_image;
 pub mod fault;
 mod gsd_description;
 mod gsd_station;
+mod hexadecimal;
 #[cfg(all(test, feature = "parameters"))]
 mod kept_lines;
 pub mod link;
@@ -80,6 +81,7 @@ pub use by_hand::ByHand;
 pub use clock::{ManualClock, SystemClock};
 pub(crate) use device_file::{eds_of_file, gsd_of_file};
 pub use gsd_station::{GsdStation, OutputsAre, StationRecord, StationRecords};
+pub(crate) use hexadecimal::octets_of_hex;
 pub use participant::{Appearance, Participant, StationKind};
 pub use ppo_drive::{HostedPpoDrive, PpoJudge};
 pub use profidrive4::HostedProfidrive;

@@ -82,7 +82,7 @@ impl HostedPpoDrive {
         let ident = self.drive.slave().description().ident;
         let (file, image, kept) = KeptImage::open(state, "ppo", ident, self.drive.address())?;
         self.drive.keep_parameters();
-        if let Some(Kept { address, rem_slave_data, values }) = kept {
+        if let Some(Kept { address, rem_slave_data, values, .. }) = kept {
             self.drive.recall((address, &rem_slave_data), values);
         }
         self.image = Some(image);
@@ -122,6 +122,7 @@ fn kept(drive: &PpoDrive<PpoOnly<PpoJudge>>) -> Kept {
         address: drive.stored_address(),
         rem_slave_data: drive.slave().rem_slave_data().to_vec(),
         values: drive.written().collect(),
+        records: Vec::new(),
     }
 }
 

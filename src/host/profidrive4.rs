@@ -42,7 +42,7 @@ impl HostedProfidrive {
         let ident = self.drive.slave().description().ident;
         let (file, image, kept) = KeptImage::open(state, "profidrive", ident, self.drive.address())?;
         self.drive.keep_parameters();
-        if let Some(Kept { address, rem_slave_data, values }) = kept {
+        if let Some(Kept { address, rem_slave_data, values, .. }) = kept {
             self.drive.recall((address, &rem_slave_data), values);
         }
         self.image = Some(image);
@@ -82,6 +82,7 @@ fn kept(drive: &Drive) -> Kept {
         address: drive.stored_address(),
         rem_slave_data: drive.slave().rem_slave_data().to_vec(),
         values: drive.to_keep(),
+        records: Vec::new(),
     }
 }
 

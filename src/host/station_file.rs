@@ -1,5 +1,5 @@
 //! What a station keeps while it is switched off, beside its own process, and the file of it: the address that
-//! Set_Slave_Add gave it, and the parameters that were written.
+//! Set_Slave_Add gave it, and the parameters and records that were written.
 //!
 //! The content of an [image](mod@crate::image) of the product `gsd-IDENT` or `ppo-IDENT`, numbers big-endian:
 //!
@@ -8,7 +8,9 @@
 //! octet 1      1: No_Add_Chg
 //! octet 2      number n of octets of Rem_Slave_Data
 //! 3..3+n       Rem_Slave_Data
-//! then         parameters: number (2), element from 0 (1), bits (4)
+//! then         of `ppo-`: parameters: number (2), element from 0 (1), bits (4)
+//!              of `gsd-`: records: slot, index, number n of octets, n octets; of slot 0, index 255: number (2) of a block
+//!              of identification and its 64 octets
 //! ```
 
 use super::state_dir::{ImageFile, Newest, StateDir, StateDirError};
@@ -17,10 +19,24 @@ use crate::image::storage;
 use crate::image::storage::Outcome;
 use crate::image::{Generation, ImageError, NotStored, Writer};
 use crate::profibus::dp::StoredAddress;
+use crate::profibus::dpv1::CALL_INDEX;
+use crate::profibus::dpv1::identification::LEN;
 use crate::profibus::fdl::Address;
 
-/// Room for the image of a station with every parameter that there can be.
-const LONGEST: usize = 32 * 1024;
+/// Room for the image of a station with every parameter or record that there can be.
+const LONGEST: usize = 1024 * 1024;
+
+/// Room for everything but the records.
+const WITHOUT_RECORDS: usize = 32 * 1024;
+
+/// Octets of a record beside its data.
+const RECORD_HEAD: usize = 3;
+
+/// The most records of a station: [`LONGEST`] holds all of them.
+pub(super) const MAX_RECORDS: usize = 4000;
+
+/// Names the stations whose images hold records.
+const WITH_RECORDS: &str = "gsd";
 
 /// What a station keeps.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -28,6 +44,14 @@ pub(super) struct Kept {
     pub(super) address: StoredAddress,
     pub(super) rem_slave_data: Vec<u8>,
     pub(super) values: Vec<KeptValue>,
+    pub(super) records: Vec<KeptRecord>,
+}
+
+/// A record, or a block of identification and maintenance.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum KeptRecord {
+    Record((u8, u8), Vec<u8>),
+    Block(u16, [u8; LEN]),
 }
 
 /// The bits of one element of a parameter.
@@ -35,7 +59,8 @@ pub(super) type KeptValue = ((u16, u8), u32);
 
 impl Kept {
     fn encode(&self, product: &str) -> Vec<u8> {
-        let mut octets = vec![0; LONGEST];
+        let room = self.records.iter().map(|record| RECORD_HEAD + record.len()).sum::<usize>();
+        let mut octets = vec![0; WITHOUT_RECORDS + room];
         let mut writer = Writer::named(&mut octets, product);
         let rem = self.rem_slave_data.get(..240).unwrap_or(&self.rem_slave_data);
         let rem_len = u8::try_from(rem.len()).unwrap_or_default();
@@ -45,6 +70,20 @@ impl Kept {
             writer.put(&pnu.to_be_bytes());
             writer.put(&[*place]);
             writer.put(&bits.to_be_bytes());
+        }
+        for record in &self.records {
+            let len = u8::try_from(record.len()).unwrap_or_default();
+            match record {
+                KeptRecord::Record((slot, index), data) => {
+                    writer.put(&[*slot, *index, len]);
+                    writer.put(data);
+                }
+                KeptRecord::Block(block, octets) => {
+                    writer.put(&[0, CALL_INDEX, len]);
+                    writer.put(&block.to_be_bytes());
+                    writer.put(octets);
+                }
+            }
         }
         // There is room for all of it.
         let len = writer.finish().unwrap_or_default();
@@ -56,7 +95,9 @@ impl Kept {
         let content = image::open(octets)?.of(product)?;
         let (&[address, no_add_chg, rem_len], rest) =
             content.split_first_chunk().ok_or(ImageError::Foreign)?;
-        let (rem, values) = rest.split_at_checked(rem_len.into()).ok_or(ImageError::Foreign)?;
+        let (rem, rest) = rest.split_at_checked(rem_len.into()).ok_or(ImageError::Foreign)?;
+        let with_records = product.starts_with(WITH_RECORDS);
+        let (values, records) = if with_records { (&[][..], rest) } else { (rest, &[][..]) };
         let address = Address::station(address).map_err(|_| ImageError::Foreign)?;
         let value = |&[a, b, place, c, d, e, f]: &[u8; 7]| {
             ((u16::from_be_bytes([a, b]), place), u32::from_be_bytes([c, d, e, f]))
@@ -65,7 +106,32 @@ impl Kept {
             address: StoredAddress { address, no_add_chg: no_add_chg != 0 },
             rem_slave_data: rem.to_vec(),
             values: values.as_chunks().0.iter().map(value).collect(),
+            records: KeptRecord::all(records).ok_or(ImageError::Foreign)?,
         })
+    }
+}
+
+impl KeptRecord {
+    const fn len(&self) -> usize {
+        match self {
+            Self::Record(_, data) => data.len(),
+            Self::Block(..) => 2 + LEN,
+        }
+    }
+
+    fn all(mut octets: &[u8]) -> Option<Vec<Self>> {
+        let mut records = Vec::new();
+        while let Some((&[slot, index, len], rest)) = octets.split_first_chunk::<RECORD_HEAD>() {
+            let (data, rest) = rest.split_at_checked(len.into())?;
+            octets = rest;
+            records.push(if index == CALL_INDEX {
+                let (block, data) = data.split_first_chunk()?;
+                Self::Block(u16::from_be_bytes(*block), data.try_into().ok()?)
+            } else {
+                Self::Record((slot, index), data.to_vec())
+            });
+        }
+        octets.is_empty().then_some(records)
     }
 }
 
@@ -138,6 +204,7 @@ mod tests {
             address: StoredAddress { address: Address::station(9).unwrap(), no_add_chg: true },
             rem_slave_data: vec![0xAB; 240],
             values: vec![((100, 0), 5), ((915, 7), 0xFFFF_FFFF)],
+            records: Vec::new(),
         };
         let octets = kept.encode("ppo-5044");
         assert_eq!(Kept::decode(&octets, "ppo-5044"), Ok(kept));
@@ -146,6 +213,27 @@ mod tests {
         assert_eq!(Kept::decode(&octets, "gsd-0a02"), error);
         for len in 0..octets.len() {
             assert!(Kept::decode(&octets[..len], "ppo-5044").is_err(), "{len} octets");
+        }
+    }
+
+    #[test]
+    fn records_and_blocks_are_kept_octet_for_octet() {
+        let kept = Kept {
+            address: StoredAddress { address: Address::station(7).unwrap(), no_add_chg: false },
+            rem_slave_data: vec![1, 2],
+            values: Vec::new(),
+            records: vec![
+                KeptRecord::Record((1, 10), vec![0xAB; 240]),
+                KeptRecord::Record((254, 0), vec![5]),
+                KeptRecord::Block(1, [b'x'; LEN]),
+            ],
+        };
+        let octets = kept.encode("gsd-0a02");
+        assert_eq!(Kept::decode(&octets, "gsd-0a02"), Ok(kept.clone()));
+        let none = Kept { records: Vec::new(), ..kept };
+        assert_eq!(Kept::decode(&none.encode("gsd-0a02"), "gsd-0a02"), Ok(none));
+        for cut in [&[1][..], &[1, 10, 2, 0], &[0, CALL_INDEX, 3, 0, 1, 9]] {
+            assert_eq!(KeptRecord::all(cut), None, "{cut:02X?}");
         }
     }
 }

@@ -16,7 +16,7 @@ use super::station::AmountState;
 use super::station::handlers as stations;
 use super::station::spec::{self, NewStation};
 use super::stream::{self, Lost, NewsEvent, TelegramEvent};
-use super::{history, inputs, parameters, switches};
+use super::{acyclic, history, inputs, parameters, switches};
 use crate::host::list::{DEVICES, Device, Group};
 
 /// The description of the API.
@@ -67,6 +67,14 @@ use crate::host::list::{DEVICES, Device, Group};
         values::follow,
         values::stop_following,
         values::read_output,
+        acyclic::records,
+        acyclic::record,
+        acyclic::change_record,
+        acyclic::alarms,
+        acyclic::raise_alarm,
+        acyclic::forget_alarms,
+        acyclic::send_status,
+        acyclic::channels,
         history::samples,
         history::samples_csv,
         stream::events,
@@ -107,6 +115,8 @@ fn variable(name: &str) -> Parameter {
         "slot" => {
             (text(None), Some("The number of the slot, or the name of its module if only one slot has it"))
         }
+        "slot_number" => (number(Some(254)), Some("0: the station; from 1: its modules")),
+        "record" => (number(Some(255)), Some("The index of the record")),
         "octet" => (number(Some(243)), Some("The first octet of the value in the slot, from 0")),
         "type" => (
             text(None),

@@ -49,7 +49,7 @@
 //! | `queue` | the queue to the thread of a line |
 //! | `line` | the lines of a process, and what the thread of each lends |
 //! | `station` | a station as JSON: its summary, its state, why it does not move |
-//! | `inputs`, `switches`, `parameters`, `objects`, `modules` | the handlers, by what they are about |
+//! | `inputs`, `switches`, `parameters`, `objects`, `modules`, `acyclic` | the handlers, by what they are about |
 //! | `dictionary` | what the object dictionary of a node tells |
 //! | `stream` | server-sent events |
 //! | `history` | events, curves and telegrams of the last minutes |
@@ -58,6 +58,7 @@
 //!
 //! Nothing here knows a device: what a station has, it tells itself ([`Description`](crate::face::Description)).
 
+mod acyclic;
 #[cfg(test)]
 mod description;
 mod dictionary;

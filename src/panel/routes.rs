@@ -18,7 +18,7 @@ use super::modules::values;
 use super::problem::{PathOf, Problem};
 use super::station::handlers as stations;
 use super::station::spec;
-use super::{history, inputs, line, modules, objects, page, parameters, stream, switches};
+use super::{acyclic, history, inputs, line, modules, objects, page, parameters, stream, switches};
 use crate::face::Description;
 
 /// Where stations are.
@@ -197,6 +197,11 @@ pub(super) fn router(lines: Lines) -> Router {
         )
         .station("/inputs/{slot}/{octet}/{type}/signal", put(values::follow).delete(values::stop_following))
         .station("/outputs/{slot}/{octet}/{type}", get(values::read_output))
+        .station("/records", get(acyclic::records))
+        .station("/records/{slot_number}/{record}", get(acyclic::record).put(acyclic::change_record))
+        .station("/alarms", get(acyclic::alarms).post(acyclic::raise_alarm).delete(acyclic::forget_alarms))
+        .station("/status-messages", post(acyclic::send_status))
+        .station("/acyclic", get(acyclic::channels))
         .station("/samples", get(history::samples))
         .station("/samples.csv", get(history::samples_csv))
         .route_layer(middleware::from_fn(without_parameters))

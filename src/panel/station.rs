@@ -119,6 +119,8 @@ pub(super) struct Has {
     pub(super) parameters: bool,
     pub(super) objects: bool,
     pub(super) modules: bool,
+    /// Records and alarms: `/records`, `/alarms`, `/status-messages`, `/acyclic`.
+    pub(super) records: bool,
     pub(super) samples: bool,
     pub(super) switches: bool,
     pub(super) power: bool,
@@ -227,6 +229,7 @@ impl State {
         description.each_parameter(&mut |_| parameters = true);
         let has = Has {
             parameters,
+            records: description.acyclic().is_some(),
             samples: values.iter().any(ValueState::has_curve),
             switches: switches.is_some(),
             power: summary.power.is_some(),

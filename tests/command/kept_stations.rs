@@ -12,6 +12,8 @@ use profidrive::profibus::fdl::{FrameCount, FunctionCode, Service};
 use serde_json::Value;
 
 use crate::emulator::{Emulator, output};
+use crate::panel_records;
+use crate::raw_master::RawMaster;
 use crate::telegrams::telegram;
 
 const MASTER: u8 = 2;
@@ -96,4 +98,31 @@ fn an_acknowledged_parameter_of_a_drive_of_the_profile_survives_a_kill() {
     assert_eq!(asked(&emulator, &["read", "ramp-up time"])["value"], 650.0);
     // The machine is no part of the drive.
     assert_eq!(asked(&emulator, &["read", "load"])["value"], 10.0);
+}
+
+#[test]
+fn a_record_and_a_block_that_a_master_wrote_survive_a_kill() {
+    let folder = tempfile::tempdir().unwrap();
+    let state = folder.path().join("state");
+    let station = panel_records::station(folder.path());
+    let arguments =
+        ["--link", "tcp:127.0.0.1:0", "--station", &station, "--state-dir", state.to_str().unwrap()];
+    let mut block = [b'x'; 68];
+    for (before, value) in [([0x41, 0x42, 0, 0x44], 7_u8), ([7; 4], 9), ([9; 4], 11)] {
+        let emulator = Emulator::start(&arguments);
+        let mut master = RawMaster::new(emulator.link(), MASTER);
+        panel_records::start(&mut master);
+        assert_eq!(master.ms1(7, &[0x5E, 1, 10, 240])[4..], before);
+        block[..4].copy_from_slice(&[8, 0, 0xFD, 0xE9]);
+        assert_eq!(master.ms1(7, &[&[0x5F, 0, 255, 68][..], &block].concat()), [0x5F, 0, 255, 68]);
+        assert_eq!(master.ms1(7, &[&[0x5F, 1, 10, 4][..], &[value; 4]].concat()), [0x5F, 1, 10, 4]);
+        emulator.signal("KILL");
+        emulator.end();
+    }
+    let emulator = Emulator::start(&arguments);
+    let mut master = RawMaster::new(emulator.link(), MASTER);
+    panel_records::start(&mut master);
+    assert_eq!(master.ms1(7, &[0x5E, 1, 10, 240])[4..], [11; 4]);
+    assert_eq!(master.ms1(7, &[0x5F, 0, 255, 4, 8, 0, 0xFD, 0xE9]), [0x5F, 0, 255, 4]);
+    assert_eq!(master.ms1(7, &[0x5E, 0, 255, 240])[8..], [b'x'; 64]);
 }

@@ -16,6 +16,8 @@ mod panel;
 mod process;
 #[path = "../helpers/pty.rs"]
 mod pty;
+#[path = "../helpers/raw_master.rs"]
+mod raw_master;
 #[path = "../helpers/sentences.rs"]
 mod sentences;
 #[path = "../helpers/telegrams.rs"]
@@ -71,6 +73,7 @@ mod panel_inputs;
 mod panel_kinds;
 #[cfg(target_os = "linux")]
 mod panel_ppo;
+mod panel_records;
 #[cfg(target_os = "linux")]
 mod panel_robustness;
 #[cfg(target_os = "linux")]

@@ -103,9 +103,9 @@ impl Records for Table {
         }
     }
 
-    fn keep_identification(&mut self, slot: u8, block: u16, octets: &[u8; 64]) -> Result<(), Failure> {
-        if (slot, block) != (0, 1) {
-            return Err(Failure::of(ErrorCode::ACCESS_DENIED));
+    fn keep_identification(&mut self, job: &Job, block: u16, octets: &[u8; 64]) -> Result<(), NotDone> {
+        if (job.slot, block) != (0, 1) {
+            return Err(NotDone::refused(ErrorCode::ACCESS_DENIED));
         }
         self.kept.insert(block, *octets);
         Ok(())

@@ -62,7 +62,7 @@ impl GsdStation {
             | dp::Event::CfgToJudge { .. }
             | dp::Event::Read { .. }
             | dp::Event::AddressRefused { .. } => {}
-            dp::Event::AddressSet { .. } => self.keep_address(),
+            dp::Event::AddressSet { .. } => self.keep(false),
         }
     }
 }

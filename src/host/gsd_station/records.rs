@@ -3,6 +3,8 @@
 use core::time::Duration;
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::storing::{Before, Step, Storing};
+use crate::host::station_file::KeptRecord;
 use crate::profibus::dpv1::identification::LEN;
 use crate::profibus::dpv1::{ErrorCode, Failure, Identification, Job, MAX_DATA, NotDone, Records};
 
@@ -31,6 +33,8 @@ pub struct StationRecords {
     pub(crate) min_send_timeout: u16,
     /// The slots of the configuration.
     pub(super) slots: BTreeSet<u8>,
+    /// What the disk does not have yet.
+    pub(super) storing: Storing,
 }
 
 impl Default for StationRecords {
@@ -41,6 +45,7 @@ impl Default for StationRecords {
             blocks: BTreeMap::new(),
             min_send_timeout: 100,
             slots: BTreeSet::new(),
+            storing: Storing::default(),
         }
     }
 }
@@ -62,8 +67,68 @@ impl StationRecords {
         let fits = record.data.len() == data.len();
         if fits {
             record.data = data.to_vec();
+            self.storing.change();
         }
         fits
+    }
+
+    /// What a disk keeps: the records that a master can write, and I&M1 to I&M4.
+    pub(super) fn kept(&self) -> Vec<KeptRecord> {
+        let written = self.records.iter().filter(|(_, record)| record.write);
+        let records =
+            written.map(|((slot, index), record)| KeptRecord::Record((*slot, *index), record.data.clone()));
+        let blocks = self.blocks.iter().map(|(block, octets)| KeptRecord::Block(*block, *octets));
+        records.chain(blocks).collect()
+    }
+
+    /// What a disk has kept. What the records of the file have no place for is forgotten.
+    pub(super) fn recall(&mut self, kept: Vec<KeptRecord>) {
+        for kept in kept {
+            match kept {
+                KeptRecord::Record(place, data) => {
+                    let record = self.records.get_mut(&place);
+                    if let Some(record) = record.filter(|own| own.write && own.data.len() == data.len()) {
+                        record.data = data;
+                    }
+                }
+                KeptRecord::Block(block, octets) => {
+                    if let Some(own) = self.blocks.get_mut(&block) {
+                        *own = octets;
+                    }
+                }
+            }
+        }
+    }
+
+    /// The disk has what was written, or refused it: then everything is as before.
+    pub(super) fn settle(&mut self, stored: bool) {
+        for before in self.storing.settle(stored) {
+            match before {
+                Before::Record { place, data } => {
+                    if let Some(record) = self.records.get_mut(&place) {
+                        record.data = data;
+                    }
+                }
+                Before::Block { block, octets } => {
+                    self.blocks.insert(block, octets);
+                }
+            }
+        }
+    }
+
+    /// What a job that writes is told now; `None`: it is to be carried out.
+    fn told(&mut self, job: &Job) -> Option<Result<(), NotDone>> {
+        match self.storing.step(job) {
+            Step::New => None,
+            Step::Waits => Some(Err(NotDone::Yet)),
+            Step::Stored => Some(Ok(())),
+            Step::Failed => Some(Err(NotDone::refused(ErrorCode::WRITE_ERROR))),
+        }
+    }
+
+    /// A job was carried out.
+    fn wrote(&mut self, job: &Job, before: Before) -> Result<(), NotDone> {
+        if self.storing.wrote(job, before) { Err(NotDone::Yet) } else { Ok(()) }
     }
 
     /// Adds a record at a slot and an index, in place of another one.
@@ -104,6 +169,9 @@ impl Records for StationRecords {
     }
 
     fn write(&mut self, job: &Job, data: &[u8]) -> Result<(), NotDone> {
+        if let Some(told) = self.told(job) {
+            return told;
+        }
         let record = self.find(job)?;
         if !record.write {
             return Err(NotDone::refused(ErrorCode::ACCESS_DENIED));
@@ -112,8 +180,8 @@ impl Records for StationRecords {
             return Err(NotDone::refused(ErrorCode::WRITE_LENGTH));
         }
         record.wait(job)?;
-        record.data = data.to_vec();
-        Ok(())
+        let before = core::mem::replace(&mut record.data, data.to_vec());
+        self.wrote(job, Before::Record { place: (job.slot, job.index), data: before })
     }
 
     fn identification(&mut self, slot: u8, block: u16) -> Result<[u8; LEN], Failure> {
@@ -128,10 +196,13 @@ impl Records for StationRecords {
         }
     }
 
-    fn keep_identification(&mut self, slot: u8, block: u16, octets: &[u8; LEN]) -> Result<(), Failure> {
-        self.identification(slot, block)?;
+    fn keep_identification(&mut self, job: &Job, block: u16, octets: &[u8; LEN]) -> Result<(), NotDone> {
+        if let Some(told) = self.told(job) {
+            return told;
+        }
+        let before = self.identification(job.slot, block).map_err(NotDone::Refused)?;
         self.blocks.insert(block, *octets);
-        Ok(())
+        self.wrote(job, Before::Block { block, octets: before })
     }
 }
 
@@ -177,9 +248,9 @@ mod tests {
         records.identification = Some(Identification::PLAIN);
         records.blocks.insert(1, [0; LEN]);
         assert_eq!(records.identification(0, 0), Ok(Identification::PLAIN.octets()));
-        assert_eq!(records.keep_identification(0, 1, &[7; LEN]), Ok(()));
+        assert_eq!(records.keep_identification(&job(0, 255, 0), 1, &[7; LEN]), Ok(()));
         assert_eq!(records.identification(0, 1), Ok([7; LEN]));
-        assert!(records.keep_identification(0, 2, &[7; LEN]).is_err());
+        assert!(records.keep_identification(&job(0, 255, 0), 2, &[7; LEN]).is_err());
         assert_eq!(records.identification(9, 0), Err(Failure::of(ErrorCode::INVALID_SLOT)));
     }
 }

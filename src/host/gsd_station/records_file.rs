@@ -19,6 +19,8 @@ use core::time::Duration;
 use toml::de::{DeTable, DeValue};
 
 use super::{StationRecord, StationRecords};
+use crate::host::octets_of_hex;
+use crate::host::station_file::MAX_RECORDS;
 use crate::profibus::dpv1::identification::LEN;
 use crate::profibus::dpv1::{CALL_INDEX, Identification, MAX_DATA, PARAMETER_INDEX, Revision, Text};
 
@@ -70,6 +72,10 @@ impl StationRecords {
                 }
             }
         }
+        let count = records.records.len();
+        if count > MAX_RECORDS {
+            return Err(wrong(1, format!("{count} records, expected at most {MAX_RECORDS}")));
+        }
         Ok(records)
     }
 }
@@ -109,7 +115,7 @@ fn record(parts: &[Part<'_, '_>], at: usize) -> Result<((u8, u8), StationRecord)
             }
             "data" => {
                 data = Some((
-                    octets(text(value, at)?).ok_or_else(|| {
+                    octets_of_hex(text(value, at)?).ok_or_else(|| {
                         wrong(at, "data is no hexadecimal octets, expected \"01 02 FF\"".into())
                     })?,
                     at,
@@ -187,14 +193,6 @@ fn revision(text: &str) -> Option<Revision> {
         text.get(1..)?.split('.').map(|number| number.parse::<u8>().ok()).collect::<Option<Vec<u8>>>()?;
     let numbers = numbers.try_into().ok()?;
     b"VRPUT".contains(&letter).then_some(Revision { letter, numbers })
-}
-
-/// Octets in hexadecimal, with or without blanks.
-fn octets(text: &str) -> Option<Vec<u8>> {
-    let digits: Vec<_> = text.chars().filter(|letter| !letter.is_whitespace()).collect();
-    let (pairs, []) = digits.as_chunks::<2>() else { return None };
-    let octet = |[high, low]: &[char; 2]| Some(high.to_digit(16)? << 4 | low.to_digit(16)?);
-    pairs.iter().map(|pair| u8::try_from(octet(pair)?).ok()).collect()
 }
 
 fn text<'a>(value: &'a DeValue<'_>, at: usize) -> Result<&'a str, RecordsError> {

@@ -39,6 +39,7 @@ const FILES: &[File] = &[
     script("panel.js", include_bytes!("panel.js")),
     script("process.js", include_bytes!("process.js")),
     script("recall.js", include_bytes!("recall.js")),
+    script("records.js", include_bytes!("records.js")),
     script("states.js", include_bytes!("states.js")),
     script("station.js", include_bytes!("station.js")),
     script("stream.js", include_bytes!("stream.js")),

@@ -10,6 +10,7 @@ import { Entries, OBJECTS, PARAMETERS } from "./entries.js";
 import { Faults } from "./faults.js";
 import { Inputs } from "./inputs.js";
 import { Process } from "./process.js";
+import { Records } from "./records.js";
 import { faultText, stateOf } from "./states.js";
 import { Groups, Values } from "./values.js";
 import { Why } from "./why.js";
@@ -44,9 +45,10 @@ export class StationView {
     this.parameters = new Entries(PARAMETERS, ask);
     this.objects = new Entries(OBJECTS, ask);
     this.diagnosis = new Diagnosis(ask, act);
+    this.records = new Records(ask);
     this.groups = new Groups();
-    const { why, values, device, curves, faults, words, inputs, process, parameters, objects, diagnosis, groups } = this;
-    this.#parts = [why, values, device, curves, faults, words, inputs, process, parameters, objects, diagnosis, groups];
+    const { why, values, device, curves, faults, words, inputs, process, parameters, objects, diagnosis, records, groups } = this;
+    this.#parts = [why, values, device, curves, faults, words, inputs, process, parameters, objects, diagnosis, records, groups];
     this.#head = html("h2", { id: "station-title" }, `Station ${nameOf(station, lines)}`);
     root.replaceChildren(
       html("div", { class: "toolbar headline" }, this.#head, this.#state, this.#about, html("span", { class: "spacer" }), choose),
@@ -55,7 +57,7 @@ export class StationView {
       values.element,
       html("div", { class: "columns" }, device.element, html("div", { class: "column wide" }, curves.element, faults.element, words.element), inputs.element),
       process.element,
-      html("div", { class: "pair" }, parameters.element, objects.element, diagnosis.element, groups.element),
+      html("div", { class: "pair" }, parameters.element, objects.element, diagnosis.element, records.element, groups.element),
     );
     mark(root, "data-known", "asked");
   }
@@ -103,7 +105,7 @@ export class StationView {
 
   /** What is not in the stream. */
   async refresh() {
-    await Promise.all([this.parameters.refresh(), this.objects.refresh()]);
+    await Promise.all([this.parameters.refresh(), this.objects.refresh(), this.records.refresh()]);
   }
 
   /** What moves by itself between two states: LEDs, curves. */

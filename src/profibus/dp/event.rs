@@ -412,9 +412,20 @@ impl fmt::Display for NotServed {
             Self::MasterSap { got } => {
                 write!(f, "it comes from {}, expected {}", Place(*got), Place(MASTER_SAP))
             }
-            Self::NoSuchSap { got } => {
-                write!(f, "no service listens at {}; a slave of DP-V0 has SAP 55 to 62", Place(*got))
-            }
+            Self::NoSuchSap { got } => match got.map(Sap::number) {
+                Some(sap @ 50..=51) => write!(
+                    f,
+                    "nothing listens at SAP {sap} now: it is for DP-V1, if the slave has it, in data exchange, for its owner, \
+                     with DPV1_Enable in octet 8 of Set_Prm"
+                ),
+                Some(sap @ ..=49) => write!(
+                    f,
+                    "nothing listens at SAP {sap}: it is for connections of DP-V1 (SAP 49 opens one), if the slave has them"
+                ),
+                Some(_) | None => {
+                    write!(f, "no service listens at {}; those of DP-V0 have SAP 55 to 62", Place(*got))
+                }
+            },
             Self::NoReply => f.write_str("it asks for a reply, expected a request without one (SDN)"),
             Self::WithData { got } => {
                 let octets = if *got == 1 { "octet" } else { "octets" };

@@ -61,6 +61,28 @@ impl AlarmType {
         }
     }
 
+    /// The types that the standard names, each with its word for programs.
+    pub const NAMED: [(&'static str, Self); 6] = [
+        ("diagnostic", Self::Diagnostic),
+        ("process", Self::Process),
+        ("pull", Self::Pull),
+        ("plug", Self::Plug),
+        ("status", Self::Status),
+        ("update", Self::Update),
+    ];
+
+    /// The type of a word, or of a number: 1 to 6, or 32 to 126 of the manufacturer.
+    pub fn named(word: &str) -> Option<Self> {
+        let named = Self::NAMED.iter().find(|(name, _)| *name == word).map(|(_, kind)| *kind);
+        let numbered = || word.parse().ok().filter(|number| *number < 127).map(Self::numbered);
+        named.or_else(numbered).filter(|kind| kind.enabled_by().is_some())
+    }
+
+    /// Its word for programs; `None`: it is one of the manufacturer, or reserved.
+    pub fn name(self) -> Option<&'static str> {
+        Self::NAMED.iter().find(|(_, kind)| *kind == self).map(|(name, _)| *name)
+    }
+
     /// The bit of DPV1_Status_2 that enables it; `None`: it never comes.
     pub const fn enabled_by(self) -> Option<Status2> {
         Some(match self {
@@ -112,6 +134,29 @@ impl Specifier {
             2 => Self::Disappears,
             3 => Self::StillDisturbed,
             _ => Self::None,
+        }
+    }
+
+    /// Each with its word for programs.
+    pub const NAMED: [(&'static str, Self); 4] = [
+        ("none", Self::None),
+        ("appears", Self::Appears),
+        ("disappears", Self::Disappears),
+        ("still", Self::StillDisturbed),
+    ];
+
+    /// The specifier of a word.
+    pub fn named(word: &str) -> Option<Self> {
+        Self::NAMED.iter().find(|(name, _)| *name == word).map(|(_, specifier)| *specifier)
+    }
+
+    /// Its word for programs.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Appears => "appears",
+            Self::Disappears => "disappears",
+            Self::StillDisturbed => "still",
         }
     }
 
@@ -331,6 +376,22 @@ mod tests {
         assert!(!other.means(head) && head.means(AlarmHead { additional_ack: true, ..head }));
         let status = TypedBlock::parse(&[0x82, 0, 0, 0x30]).unwrap();
         assert!(matches!(status, TypedBlock::Status { kind: StatusType::Modules, slot: 0, .. }));
+    }
+
+    #[test]
+    fn types_and_specifiers_have_words_for_programs() {
+        for (word, kind) in AlarmType::NAMED {
+            let number = std::format!("{}", kind.number());
+            assert_eq!((AlarmType::named(word), AlarmType::named(&number)), (Some(kind), Some(kind)));
+            assert_eq!(kind.name(), Some(word));
+        }
+        assert_eq!(AlarmType::named("32"), Some(AlarmType::Manufacturer(32)));
+        for wrong in ["0", "7", "31", "127", "130", "-1", "", "Process"] {
+            assert_eq!(AlarmType::named(wrong), None, "{wrong}");
+        }
+        for (word, specifier) in Specifier::NAMED {
+            assert_eq!((Specifier::named(word), specifier.name()), (Some(specifier), word));
+        }
     }
 
     proptest! {

@@ -12,6 +12,8 @@
 //!
 //! Source: `dp-v1.md` 7.
 
+use core::fmt::{self, Write as _};
+
 /// Octets of a block.
 pub const LEN: usize = 64;
 
@@ -178,6 +180,42 @@ impl Identification {
     }
 }
 
+impl fmt::Display for Identification {
+    /// `order 6ES7 000-0AA00, serial number S 1, manufacturer 42, hardware 1, software V1.2.3, profile F600h`
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Revision { letter, numbers: [major, minor, patch] } = self.software_revision;
+        write!(
+            f,
+            "order {}, serial number {}, manufacturer {}, hardware {}, software {}{major}.{minor}.{patch}, profile {:04X}h",
+            self.order_id,
+            self.serial_number,
+            self.manufacturer_id,
+            self.hardware_revision,
+            char::from(letter),
+            self.profile_id
+        )
+    }
+}
+
+impl<const N: usize> fmt::Display for Text<N> {
+    /// Without the blanks at its end, `?` for what is no letter; `-` if nothing is left.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let len = self
+            .0
+            .iter()
+            .rposition(|octet| !matches!(octet, b' ' | 0))
+            .map_or(0, |last| last.saturating_add(1));
+        let text = self.0.get(..len).unwrap_or_default();
+        if text.is_empty() {
+            return f.write_str("-");
+        }
+        text.iter().try_for_each(|octet| match octet {
+            0x20..=0x7E => f.write_char(char::from(*octet)),
+            0..=0x1F | 0x7F.. => f.write_char('?'),
+        })
+    }
+}
+
 /// A text of fixed length, filled with blanks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Text<const N: usize>([u8; N]);
@@ -237,6 +275,9 @@ mod tests {
             assert_eq!(&octets[at..at + expected.len()], expected, "octet {at}");
         }
         assert_eq!(Identification::parse(&octets), Some(identification));
+        let words = "order 6ES7 000-0AA00, serial number S 1, manufacturer 42, hardware 1, software V1.2.3, profile 3A00h";
+        assert_eq!(std::format!("{identification}"), words);
+        assert_eq!(std::format!("{}", Text::<4>::EMPTY), "-");
     }
 
     #[test]

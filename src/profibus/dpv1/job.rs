@@ -254,7 +254,7 @@ impl Server {
         let result = match data.len() {
             _ if len > bench.max_data => Err(NotDone::refused(ErrorCode::WRITE_LENGTH)),
             0 => Err(NotDone::refused(ErrorCode::INVALID_RANGE)),
-            _ if index == CALL_INDEX => self.call(slot, data, bench.records).map_err(NotDone::Refused),
+            _ if index == CALL_INDEX => self.call(job, data, bench.records),
             _ => bench.records.write(job, data).map(|()| None),
         };
         match result {
@@ -275,22 +275,23 @@ impl Server {
     }
 
     /// Takes what is written to record 255: the block that was written, `None` if one is asked for.
-    fn call<R: Records>(&mut self, slot: u8, data: &[u8], records: &mut R) -> Result<Option<u16>, Failure> {
+    fn call<R: Records>(&mut self, job: &Job, data: &[u8], records: &mut R) -> Result<Option<u16>, NotDone> {
+        let slot = job.slot;
         match Call::parse(data) {
             Written::Ask(call) => {
                 // What is not there is refused at once.
-                records.identification(slot, call.block)?;
+                records.identification(slot, call.block).map_err(NotDone::Refused)?;
                 self.call = Some((slot, call));
                 Ok(None)
             }
-            Written::Write(Call { block: 0 }, _) => Err(Failure::of(ErrorCode::ACCESS_DENIED)),
+            Written::Write(Call { block: 0 }, _) => Err(NotDone::refused(ErrorCode::ACCESS_DENIED)),
             Written::Write(Call { block }, octets) => {
-                records.keep_identification(slot, block, octets)?;
+                records.keep_identification(job, block, octets)?;
                 Ok(Some(block))
             }
-            Written::OtherFunction => Err(Failure::of(ErrorCode::NOT_SUPPORTED)),
-            Written::NoBlock => Err(Failure::of(ErrorCode::INVALID_INDEX)),
-            Written::Length => Err(Failure::of(ErrorCode::WRITE_LENGTH)),
+            Written::OtherFunction => Err(NotDone::refused(ErrorCode::NOT_SUPPORTED)),
+            Written::NoBlock => Err(NotDone::refused(ErrorCode::INVALID_INDEX)),
+            Written::Length => Err(NotDone::refused(ErrorCode::WRITE_LENGTH)),
         }
     }
 

@@ -59,7 +59,7 @@ impl AlarmOffer {
     pub const NONE: Self = Self { types: 0, sequence: 0, extra_sap: false };
 
     /// Whether alarms of this type are among them.
-    pub(super) fn has(&self, kind: AlarmType) -> bool {
+    pub fn has(&self, kind: AlarmType) -> bool {
         kind.enabled_by().is_some_and(|bit: Status2| bit.is_set(self.types))
     }
 }

@@ -37,14 +37,14 @@ pub trait Records {
     /// Keeps a block of identification and maintenance of a slot, 1 or more.
     ///
     /// # Errors
-    /// Why not; by default none can be written.
+    /// [`NotDone`]; by default none can be written.
     fn keep_identification(
         &mut self,
-        _slot: u8,
+        _job: &Job,
         _block: u16,
         _octets: &[u8; identification::LEN],
-    ) -> Result<(), Failure> {
-        Err(Failure::of(ErrorCode::ACCESS_DENIED))
+    ) -> Result<(), NotDone> {
+        Err(NotDone::refused(ErrorCode::ACCESS_DENIED))
     }
 }
 
