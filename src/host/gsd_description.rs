@@ -100,11 +100,11 @@ impl GsdStation {
 
 impl Description for GsdStation {
     fn acyclic(&self) -> Option<&dyn Acyclic> {
-        self.services().is_some().then_some(self)
+        self.services().is_some_and(|services| !services.offer().is_none()).then_some(self)
     }
 
     fn acyclic_mut(&mut self) -> Option<&mut dyn Acyclic> {
-        if self.services().is_some() { Some(self) } else { None }
+        if self.acyclic().is_some() { Some(self) } else { None }
     }
 
     fn say_state(&self, say: &mut dyn FnMut(&dyn fmt::Display)) {

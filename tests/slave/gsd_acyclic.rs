@@ -208,3 +208,34 @@ fn v1_r51_v1_r55_v1_r56_an_alarm_of_a_station_from_a_gsd() {
     let not_enabled = NotRaised::TypeNotEnabled(AlarmType::Process);
     assert_eq!(raise(&mut line, AlarmType::Process), Err(not_enabled));
 }
+
+#[test]
+fn v1_r50_set_ext_prm_is_taken_between_set_prm_and_chk_cfg() {
+    const BLOCK: [u8; 5] = [5, 0x81, 1, 0, 9];
+    let prm = [0x80, 1, 1, 11, 0x12, 0x34, 0, 0x80, 0, 0];
+    for (keywords, answer) in [("Prm_Block_Structure_supp=1\n", Answer::Sc), (C1, RS)] {
+        let mut line = Line::new(keywords, StationRecords::default());
+        assert_eq!(line.ask(2, Some((53, 62)), &BLOCK), RS, "WAIT-PRM");
+        assert_eq!(line.ask(2, Some((61, 62)), &prm), Answer::Sc);
+        // Twice, so that the frame count bit of the owner goes on.
+        assert_eq!(line.ask(3, Some((53, 62)), &BLOCK), RS, "a foreign master");
+        assert_eq!(line.ask(3, Some((53, 62)), &BLOCK), RS, "a foreign master");
+        assert_eq!(line.ask(2, Some((53, 62)), &BLOCK), answer, "{keywords}");
+        assert_eq!(line.ask(2, Some((62, 62)), &[0x31]), Answer::Sc);
+        assert_eq!(line.station.slave().state(), dp::State::DataExch);
+        assert_eq!(line.ask(2, Some((53, 62)), &BLOCK), RS, "DATA-EXCH");
+        assert_eq!(line.station.slave().state(), dp::State::DataExch);
+    }
+    for wrong in [&[4, 0x81, 1, 0, 9][..], &[6, 0x81, 1, 0, 9], &[3, 0x81, 1], &[]] {
+        let mut line = Line::new("Prm_Block_Structure_supp=1\n", StationRecords::default());
+        assert_eq!(line.ask(2, Some((61, 62)), &prm), Answer::Sc);
+        assert_eq!(line.ask(2, Some((53, 62)), wrong), Answer::Sc);
+        assert_eq!(line.station.slave().state(), dp::State::WaitPrm, "{wrong:02X?}");
+        assert!(line.station.slave().diagnosis().prm_fault);
+        assert!(
+            line.events.iter().any(|event| event.contains("refused Set_Ext_Prm of master 2")),
+            "{:?}",
+            line.events
+        );
+    }
+}

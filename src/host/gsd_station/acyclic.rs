@@ -25,7 +25,7 @@ impl Acyclic {
     /// What a file promises; `None`: nothing.
     pub(super) fn of(gsd: &Gsd, mut records: StationRecords) -> Option<Box<Self>> {
         let offer = gsd.acyclic.offer(records.min_send_timeout);
-        if !gsd.flags.dpv1 || offer.is_none() {
+        if !gsd.flags.dpv1 || offer.is_none() && !gsd.flags.prm_blocks {
             return None;
         }
         if gsd.acyclic.identification && records.identification.is_none() {
@@ -33,7 +33,9 @@ impl Acyclic {
             records.identification =
                 Some(Identification { order_id: Text::of(order), ..Identification::PLAIN });
         }
-        Some(Box::new(Self { services: dpv1::Acyclic::new(offer), records }))
+        let services = dpv1::Acyclic::new(offer);
+        let services = if gsd.flags.prm_blocks { services.with_ext_prm() } else { services };
+        Some(Box::new(Self { services, records }))
     }
 
     /// The slots of a configuration: 0 is the station, its modules count from 1, whatever displays show.

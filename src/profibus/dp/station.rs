@@ -146,6 +146,11 @@ impl<A: Application> Station<A> {
         self.slave.file_diagnosis(diagnosis);
     }
 
+    /// Parameters beside those of Set_Prm are wrong: the slave waits for Set_Prm with Prm_Fault.
+    pub(crate) fn reject_prm(&mut self) {
+        self.slave.reject_prm();
+    }
+
     /// Puts another extended diagnosis in place of the one that is filed, without telling the master.
     pub(crate) fn replace_diagnosis(&mut self, diagnosis: &ExtDiag) {
         self.slave.replace_diagnosis(diagnosis);

@@ -7,8 +7,8 @@ use super::job::{Bench, Server};
 use super::ms2::ResourceManager;
 use super::queue::Queue;
 use super::{
-    ALARM_SAP, Alarm, AlarmHead, AlarmType, Channel, Event, Link, MAX_DATA, MS1_SAP, NotRaised, Offer,
-    RESOURCE_MANAGER_SAP, Records, Specifier, StatusType, TypedBlock,
+    ALARM_SAP, Alarm, AlarmHead, AlarmType, Channel, EXT_PRM_SAP, Event, Link, MAX_DATA, MS1_SAP, NotRaised,
+    Offer, RESOURCE_MANAGER_SAP, Records, Specifier, StatusType, TypedBlock,
 };
 use crate::profibus::dp::dpv1_status::{self, Status1};
 use crate::profibus::dp::station::Beside;
@@ -21,6 +21,9 @@ const MAX_NEWS: usize = 8;
 
 /// The octets of a block before its data: header, type, slot, specifier.
 const BLOCK_HEAD: usize = 4;
+
+/// The fewest octets of a block of parameters: length, type, slot, reserved.
+const BLOCK_LEAST: u8 = 4;
 
 /// The octets of Slave_Diag before the blocks.
 const DIAG_HEAD: usize = 6;
@@ -83,6 +86,10 @@ pub struct Acyclic<const CONNECTIONS: usize, const ALARMS: usize> {
     was_read: bool,
     /// MS1 is open.
     open: bool,
+    /// It takes Set_Ext_Prm.
+    ext_prm: bool,
+    /// The parameters of Set_Ext_Prm are no blocks.
+    ext_prm_fault: bool,
     news: Deque<Event, MAX_NEWS>,
 }
 
@@ -108,8 +115,17 @@ impl<const CONNECTIONS: usize, const ALARMS: usize> Acyclic<CONNECTIONS, ALARMS>
             front: Front::Nothing,
             was_read: false,
             open: false,
+            ext_prm: false,
+            ext_prm_fault: false,
             news: Deque::new(),
         }
+    }
+
+    /// The same slave that takes blocks of parameters at SAP 53, too (Set_Ext_Prm), behind Set_Prm and before Chk_Cfg.
+    #[must_use]
+    pub const fn with_ext_prm(mut self) -> Self {
+        self.ext_prm = true;
+        self
     }
 
     /// What it offers.
@@ -146,6 +162,9 @@ impl<const CONNECTIONS: usize, const ALARMS: usize> Acyclic<CONNECTIONS, ALARMS>
         telegram: &Telegram<'_>,
     ) -> dp::Outcome {
         let outcome = station.handle_beside(now, telegram, &mut Serving { acyclic: self, records });
+        if core::mem::take(&mut self.ext_prm_fault) {
+            station.reject_prm();
+        }
         self.follow(station);
         outcome
     }
@@ -315,6 +334,17 @@ impl<const CONNECTIONS: usize, const ALARMS: usize> Acyclic<CONNECTIONS, ALARMS>
         let channel = match sap {
             MS1_SAP if ms1.is_some() || alarms.types != 0 => Channel::Ms1,
             ALARM_SAP if alarms.extra_sap => Channel::Alarms,
+            EXT_PRM_SAP if self.ext_prm => {
+                if !is_owner || slave.state() != State::WaitCfg {
+                    return None;
+                }
+                let wrong = first_wrong_block(request.data);
+                self.ext_prm_fault = wrong.is_some();
+                let len = u8::try_from(request.data.len()).unwrap_or(u8::MAX);
+                let event = Event::ExtPrm { master: request.sa, len, wrong };
+                keep(&mut self.news, Some(event));
+                return Some(Reply::ShortAcknowledge);
+            }
             RESOURCE_MANAGER_SAP => {
                 let (reply, event) = self.connections.ask(now, &ms2?, request);
                 keep(&mut self.news, event);
@@ -344,6 +374,18 @@ impl<const CONNECTIONS: usize, const ALARMS: usize> Acyclic<CONNECTIONS, ALARMS>
         keep(news, event);
         Some(server.reply(fdl))
     }
+}
+
+/// Where the first block of parameters is whose length does not fit; blocks end with the octets.
+fn first_wrong_block(octets: &[u8]) -> Option<u8> {
+    let mut rest = octets;
+    while let Some(len) = rest.first() {
+        match rest.get(usize::from(*len)..) {
+            Some(behind) if *len >= BLOCK_LEAST => rest = behind,
+            Some(_) | None => return u8::try_from(octets.len().saturating_sub(rest.len())).ok(),
+        }
+    }
+    if octets.is_empty() { Some(0) } else { None }
 }
 
 /// Of too many news the oldest are lost.

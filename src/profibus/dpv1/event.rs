@@ -90,6 +90,15 @@ pub enum Event {
         /// Why.
         why: Closed,
     },
+    /// The owner sent parameters with Set_Ext_Prm.
+    ExtPrm {
+        /// The owner.
+        master: Address,
+        /// How many octets.
+        len: u8,
+        /// Where the first block is whose length does not fit: the slave waits for Set_Prm then. `None`: all fit.
+        wrong: Option<u8>,
+    },
     /// No connection is free.
     NoConnection {
         /// For whom.
@@ -119,6 +128,7 @@ impl Event {
         match self {
             Self::Read { .. } | Self::Refused { .. } | Self::Identified { written: false, .. } => true,
             Self::Written { .. }
+            | Self::ExtPrm { .. }
             | Self::Identified { written: true, .. }
             | Self::AlarmDelivered { .. }
             | Self::AlarmAcknowledged { .. }
@@ -130,7 +140,7 @@ impl Event {
 
     /// Whether a service was refused.
     pub const fn is_refusal(&self) -> bool {
-        matches!(self, Self::Refused { .. } | Self::NoConnection { .. })
+        matches!(self, Self::Refused { .. } | Self::NoConnection { .. } | Self::ExtPrm { wrong: Some(_), .. })
     }
 }
 
@@ -177,6 +187,14 @@ impl fmt::Display for Event {
                     Closed::NotFetched => f.write_str("the master did not fetch the answer to Initiate"),
                 }
             }
+            Self::ExtPrm { master, len, wrong: None } => {
+                write!(f, "Set_Ext_Prm of master {master}, {}", Octets(*len))
+            }
+            Self::ExtPrm { master, len, wrong: Some(at) } => write!(
+                f,
+                "refused Set_Ext_Prm of master {master}: the length of the block at octet {at} is none from 4 to the end of {}; the slave waits for Set_Prm",
+                Octets(*len)
+            ),
             Self::NoConnection { master, connections } => write!(
                 f,
                 "refused a connection of master {master}: all {connections} are open; end another one first"

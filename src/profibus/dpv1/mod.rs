@@ -1,6 +1,7 @@
 //! DP-V1: records that a master reads and writes beside the exchange of data, alarms, identification.
 //!
 //! ```text
+//! SAP 53           the owner sends blocks of parameters                           in WAIT-CFG
 //! SAP 51     MS1   the owner reads and writes records and acknowledges alarms     in DATA-EXCH, if Set_Prm enables it
 //! SAP 50     MS1   the owner acknowledges alarms                                  as SAP 51
 //! SAP 49     MS2   any master asks for a connection                               always
@@ -44,6 +45,9 @@ pub const MAX_DATA: u8 = 240;
 
 /// The most octets of a PDU.
 pub const MAX_PDU: usize = MAX_DATA as usize + 4;
+
+/// Where the owner sends blocks of parameters.
+pub(crate) const EXT_PRM_SAP: u8 = 53;
 
 /// Where the owner reads and writes records.
 pub(crate) const MS1_SAP: u8 = 51;

@@ -86,6 +86,12 @@ impl<A: Application> Slave<A> {
         Event::PrmRejected { master, fault }
     }
 
+    /// Parameters beside those of Set_Prm are wrong.
+    pub(crate) fn reject_prm(&mut self) {
+        self.prm_fault = true;
+        self.leave_master(Stimulus::PrmRejected);
+    }
+
     pub(super) fn chk_cfg(&mut self, now: Instant, request: &Request<'_>) -> Option<Event> {
         let master = request.sa;
         let lengths = match self.judged_cfg(request.data) {
