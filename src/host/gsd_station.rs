@@ -32,10 +32,13 @@ mod records;
 mod records_file;
 mod reporting;
 mod storing;
+mod timed_alarms;
 
 use acyclic::Acyclic;
 pub use outputs::OutputsAre;
 pub use records::{StationRecord, StationRecords};
+pub(crate) use timed_alarms::TimedAlarm;
+use timed_alarms::TimedAlarms;
 
 /// The most inputs of a slave.
 const MAX_IO_LEN: usize = dp::chk_cfg::MAX_IO_LEN;
@@ -80,6 +83,7 @@ pub struct GsdStation {
     board: Option<ValueBoard>,
     watched: Vec<(Point, Condition, Switch)>,
     image: Option<KeptImage>,
+    timed_alarms: TimedAlarms,
 }
 
 impl core::fmt::Debug for GsdStation {
@@ -120,6 +124,7 @@ impl GsdStation {
             board: None,
             watched: Vec::new(),
             image: None,
+            timed_alarms: TimedAlarms::default(),
         };
         this.lay_out(false);
         this
@@ -366,6 +371,7 @@ impl GsdStation {
             let words = if words.is_empty() { "nothing" } else { &words };
             tracing::info!("station {address}: by the time line the diagnosis reports {words}");
         }
+        self.raise_timed(now);
         let updates = self.slave().output_updates();
         let news = self.seen != Some(updates);
         if !news && self.due().is_none_or(|due| due > now) {
@@ -404,7 +410,12 @@ impl GsdStation {
     }
 
     fn due(&self) -> Option<Instant> {
-        let signals = self.signals.iter().filter_map(|(_, due)| *due).chain(self.next_report);
+        let signals = self
+            .signals
+            .iter()
+            .filter_map(|(_, due)| *due)
+            .chain(self.next_report)
+            .chain(self.timed_alarms.next());
         self.processes.iter().filter_map(|(_, due)| *due).chain(signals).min()
     }
 

@@ -161,3 +161,33 @@ fn v1_r66_a_status_message_and_the_channels_over_http() {
         (&json!(1), &json!(true))
     );
 }
+
+#[test]
+fn a_line_file_has_records_and_alarms_that_come_by_themselves() {
+    let folder = tempfile::tempdir().unwrap();
+    station(folder.path());
+    let file = |more: &str| {
+        let path = folder.path().join("line.toml");
+        let text = format!(
+            "[[line]]\nlink = \"tcp:127.0.0.1:0\"\npanel = \"127.0.0.1:0\"\n[[line.station]]\naddress = 7\ngsd = \"v1.gsd\"\n\
+             [[line.station.record]]\nslot = 1\nindex = 20\ndata = \"05 06\"\naccess = \"r\"\n{more}"
+        );
+        fs::write(&path, text).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let alarm = "[[line.station.alarm]]\ntype = \"process\"\nevery = \"20ms\"\nslot = 1\nspecifier = \"appears\"\ndata = \"50\"\n";
+    let emulator = Emulator::of_file(&file(alarm));
+    let mut master = RawMaster::new(emulator.terminal().to_str().unwrap(), 2);
+    start(&mut master);
+    assert_eq!(master.ms1(7, &[0x5E, 1, 20, 240]), [0x5E, 1, 20, 2, 5, 6]);
+    let begun = std::time::Instant::now();
+    while !matches!(master.ask(7, None, &[0, 0]), Said::Data(10, _)) {
+        assert!(begun.elapsed() < crate::panel::PATIENCE, "no alarm is announced");
+    }
+    let Said::Data(_, diagnosis) = master.ask(7, Some((60, 62)), &[]) else { panic!() };
+    assert_eq!(diagnosis[6..], [5, 2, 1, 1, 0x50]);
+    let wrong = file("[[line.station.alarm]]\ntype = \"update\"\n");
+    let output = crate::emulator::output(&["emulate", "--line", &wrong, "--check"]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.code() == Some(2) && said.contains("the GSD has no update alarm"), "{said}");
+}

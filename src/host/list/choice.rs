@@ -45,6 +45,10 @@ pub enum Takes {
     Objects,
     /// Diagnoses, each with its time.
     Diagnosis,
+    /// Records of DP-V1: a list of tables with the keys of `acyclic::RECORD`.
+    Records,
+    /// Alarms on the time line: a list of tables with the keys of `acyclic::ALARM`.
+    Alarms,
 }
 
 impl Choice {
@@ -71,7 +75,13 @@ impl Choice {
             }
             Takes::Flag => format!(",{key}"),
             Takes::Inputs => return format!("[,{key}=SLOT/OCTET/TYPE:BEHAVIOUR:KEY=VALUE]..."),
-            Takes::Names | Takes::Quirks | Takes::Values | Takes::Objects | Takes::Diagnosis => {
+            Takes::Names
+            | Takes::Quirks
+            | Takes::Values
+            | Takes::Objects
+            | Takes::Diagnosis
+            | Takes::Records
+            | Takes::Alarms => {
                 return String::new();
             }
         };
@@ -129,6 +139,8 @@ impl Takes {
             Self::Inputs => "a list of inputs",
             Self::Objects => "a list of objects",
             Self::Diagnosis => "a list of diagnoses",
+            Self::Records => "a list of records",
+            Self::Alarms => "a list of alarms",
         }
     }
 }
@@ -169,6 +181,9 @@ pub struct Choices {
     pub(super) inputs: (Vec<Given>, PathBuf),
     /// What its diagnosis reports, as it was given.
     pub(super) diagnoses: Vec<Given>,
+    /// Its records and its alarms on the time line, as they were given.
+    pub(super) records: Vec<Given>,
+    pub(super) alarms: Vec<Given>,
 }
 
 impl Choices {

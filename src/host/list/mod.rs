@@ -9,12 +9,14 @@
 //! | `objects` | what moves the inputs of nodes |
 //! | `node_files` | nodes that a file describes |
 //! | `slaves`, `profidrive4` | how the devices on PROFIBUS are made |
+//! | `acyclic` | records of a station, and the alarms on its time line |
 //! | `timed` | the diagnosis of a station on the time line |
 //! | `signals`, `inputs` | the kinds of signals; the inputs of a station that follow them |
 //! | `named` | parameters by number or name |
 //!
 //! A new device has its folder in `devices`, and an entry here.
 
+pub(crate) mod acyclic;
 mod choice;
 mod given;
 mod group;
@@ -150,6 +152,8 @@ pub static DEVICES: &[Device] = &[
             ),
             Choice::of("input", Takes::Inputs, "How its inputs change."),
             Choice::of("diagnosis", Takes::Diagnosis, "What its diagnosis reports, and when."),
+            Choice::of("record", Takes::Records, "Records of DP-V1, beside those of the file 'records'."),
+            Choice::of("alarm", Takes::Alarms, "Alarms that come by themselves, and when."),
             Choice::of(
                 "unlike",
                 Takes::OneOf(&["refuse", "report"], None),

@@ -3,10 +3,12 @@
 use serde_json::{Map, Value, json};
 use utoipa::openapi::{RefOr, Schema};
 
+use super::acyclic::ACCESS;
 use super::signals::{BEHAVIOUR, Holds, KINDS};
 use super::timed::{AREA, DIRECTIONS, KEYS, TIMES, WIDTHS};
 use super::{Choice, Group, Takes};
 use crate::process::ValueType;
+use crate::profibus::dpv1::{AlarmType, Specifier};
 
 /// A time.
 const TIME: &str = "^[0-9]+(us|ms|s)$";
@@ -239,6 +241,49 @@ fn diagnosis() -> Value {
     rows
 }
 
+/// Octets in hexadecimal.
+const HEX: &str = "^( *[0-9A-Fa-f]{2})* *$";
+
+/// A record of DP-V1.
+fn record() -> Value {
+    let up_to = |about: &str, least: u32, most: u32| json!({ "description": about, "type": "integer", "minimum": least, "maximum": most });
+    let access: std::vec::Vec<_> = ACCESS.iter().map(|(word, _)| *word).collect();
+    json!({
+        "type": "object", "additionalProperties": false, "required": ["slot", "index"],
+        "properties": {
+            "slot": up_to("0: the station; from 1: its modules.", 0, 254),
+            "index": up_to("Which record; 47 and 255 have a meaning of their own.", 0, 254),
+            "length": up_to("How many octets, of a record without data.", 1, 240),
+            "data": { "description": "Its octets, hexadecimal.", "type": "string", "pattern": HEX },
+            "access": { "description": "What a master may do: read, write.", "enum": access, "default": access.first() },
+            "delay": { "description": "How long a job takes.", "type": "string", "pattern": TIME },
+        },
+        "anyOf": [{ "required": ["length"] }, { "required": ["data"] }],
+    })
+}
+
+/// An alarm on the time line.
+fn alarm() -> Value {
+    let time = |about: &str| json!({ "description": about, "type": "string", "pattern": TIME });
+    let specifiers = Specifier::NAMED.map(|(word, _)| word);
+    let types = AlarmType::NAMED.map(|(word, _)| word);
+    json!({
+        "type": "object", "additionalProperties": false, "required": ["type"],
+        "properties": {
+            "at": time("When it comes, from the start of the line on; at once unless given."),
+            "every": time("It comes again after each such time."),
+            "type": {
+                "description": "Its type, a number for one of the manufacturer.",
+                "anyOf": [{ "enum": types }, { "type": "integer", "minimum": 1, "maximum": 126 }],
+            },
+            "slot": { "description": "Of which slot; 0 unless given: the station.", "type": "integer", "minimum": 0, "maximum": 254 },
+            "specifier": { "description": "Whether it begins or ends.", "enum": specifiers, "default": "none" },
+            "additional-ack": { "description": "The user of the master shall acknowledge it, too.", "type": "boolean", "default": false },
+            "data": { "description": "What the manufacturer says, hexadecimal, at most 59 octets.", "type": "string", "pattern": HEX },
+        },
+    })
+}
+
 impl Choice {
     fn schema(&self) -> Value {
         let mut schema = match self.takes {
@@ -261,6 +306,8 @@ impl Choice {
             Takes::Names => json!({ "type": "array", "items": { "type": "string" } }),
             Takes::Quirks => json!({ "type": "object", "additionalProperties": { "type": "string" } }),
             Takes::Values => json!({ "type": "object", "additionalProperties": { "type": "number" } }),
+            Takes::Records => json!({ "type": "array", "items": record() }),
+            Takes::Alarms => json!({ "type": "array", "items": alarm() }),
             Takes::Diagnosis => json!({ "type": "array", "items": diagnosis() }),
             Takes::Inputs => json!({ "type": "array", "items": inputs() }),
             Takes::Objects => json!({ "type": "array", "items": node_objects() }),

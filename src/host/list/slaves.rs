@@ -6,7 +6,7 @@ use std::path::Path;
 
 use thiserror::Error;
 
-use super::{Choice, Choices, Group, QuirkRow, Spec, Wrong, inputs, named, timed};
+use super::{Choice, Choices, Group, QuirkRow, Spec, Wrong, acyclic, inputs, named, timed};
 use crate::devices::ag03::param::{self, Access, Model, Pnu, Value, Width};
 use crate::devices::ag03::profibus::{Config, Device, Gear, QUIRKS};
 use crate::devices::ppo_drive::profibus::{CONFIGURATIONS, Family, IDENT_NUMBER, PpoDrive, PpoOnly, Shape};
@@ -206,11 +206,20 @@ pub(super) fn gsd_station(spec: &Spec) -> Result<Prepared, Wrong> {
     let (address, gsd) = (spec.address(), station.gsd());
     let records = spec.choices.file("records");
     let records = records.map(|file| records_of_file(file).map_err(|words| Wrong::at("records", words)));
-    let records = records.transpose()?;
-    if records.is_some() && !(gsd.flags.dpv1 && (gsd.acyclic.c1 || gsd.acyclic.c2)) {
-        let words = "its GSD has no services of DP-V1 (DPV1_Slave with C1_Read_Write_supp or C2_Read_Write_supp), so nobody can read records; leave records out";
-        return Err(Wrong::at("records", words));
+    let mut records = records.transpose()?;
+    let (own, alarms) = (&spec.choices.records, &spec.choices.alarms);
+    let key = [("records", records.is_some()), ("record", !own.is_empty()), ("alarm", !alarms.is_empty())];
+    let key = key.iter().find(|(_, given)| *given);
+    if let (Some((key, _)), false) = (key, gsd.flags.dpv1 && (gsd.acyclic.c1 || gsd.acyclic.c2)) {
+        let words = format!(
+            "its GSD has no services of DP-V1 (DPV1_Slave with C1_Read_Write_supp or C2_Read_Write_supp), so nobody can read records; leave {key} out"
+        );
+        return Err(Wrong::at(key, words));
     }
+    if !own.is_empty() {
+        acyclic::records("record", own, records.get_or_insert_default())?;
+    }
+    let alarms = acyclic::alarms("alarm", alarms, gsd)?;
     let about =
         format!("{} {}, ident 0x{:04X}, from its GSD at address {address}", gsd.vendor, gsd.model, gsd.ident);
     let prepared = Prepared::new(about, move |ground, parts| {
@@ -224,7 +233,8 @@ pub(super) fn gsd_station(spec: &Spec) -> Result<Prepared, Wrong> {
         let mut hosted = GsdStation::new(address, ground.rate, station, ground.refusals.clone())
             .on_board(ground.board.clone())
             .with_records(records.unwrap_or_default())
-            .with_timed(ground.now, timed);
+            .with_timed(ground.now, timed)
+            .with_timed_alarms(ground.now, alarms);
         for input in parts.inputs {
             hosted.connect_input(input);
         }

@@ -204,6 +204,8 @@ impl Spec {
                 }
             }
             (Takes::Diagnosis, Given::List(rows)) => self.choices.diagnoses.clone_from(rows),
+            (Takes::Records, Given::List(rows)) => self.choices.records.clone_from(rows),
+            (Takes::Alarms, Given::List(rows)) => self.choices.alarms.clone_from(rows),
             (Takes::Inputs | Takes::Objects, Given::List(inputs)) => {
                 self.choices.inputs = (inputs.clone(), folder.to_owned());
             }

@@ -57,7 +57,7 @@ pub(super) fn rows(key: &str, given: &[Given], station: &Station) -> Result<Vec<
     given.iter().enumerate().map(row).collect()
 }
 
-type Table = [(String, Given)];
+pub(super) type Table = [(String, Given)];
 
 fn row(given: &Given, station: &Station) -> Result<Timed, Wrong> {
     let table = table(given, KEYS)?;
@@ -72,7 +72,7 @@ fn row(given: &Given, station: &Station) -> Result<Timed, Wrong> {
         identifiers: numbers(table, "identifiers")?.into_iter().collect(),
         channels: list(table, "channels", channel)?,
         octets: numbers(table, "octets")?,
-        not_valid: find(table, "not-valid").is_some_and(|on| *on == Given::Flag(true)),
+        not_valid: flag(table, "not-valid"),
         ..Raised::default()
     };
     raised.modules =
@@ -91,7 +91,7 @@ fn row(given: &Given, station: &Station) -> Result<Timed, Wrong> {
     Ok(Timed { from, until, raised, slots: in_slots })
 }
 
-fn table<'a>(given: &'a Given, known: &[&str]) -> Result<&'a Table, Wrong> {
+pub(super) fn table<'a>(given: &'a Given, known: &[&str]) -> Result<&'a Table, Wrong> {
     let Given::Table(table) = given else {
         return Err(Wrong::whole(format!("{given} is no table; expected {}", known.join(", "))));
     };
@@ -101,11 +101,16 @@ fn table<'a>(given: &'a Given, known: &[&str]) -> Result<&'a Table, Wrong> {
     }
 }
 
-fn find<'a>(table: &'a Table, key: &str) -> Option<&'a Given> {
+pub(super) fn find<'a>(table: &'a Table, key: &str) -> Option<&'a Given> {
     table.iter().find(|(known, _)| known == key).map(|(_, given)| given)
 }
 
-fn time(table: &Table, key: &str) -> Result<Option<Duration>, Wrong> {
+/// Whether a flag is set.
+pub(super) fn flag(table: &Table, key: &str) -> bool {
+    find(table, key).is_some_and(|on| *on == Given::Flag(true))
+}
+
+pub(super) fn time(table: &Table, key: &str) -> Result<Option<Duration>, Wrong> {
     let Some(given) = find(table, key) else { return Ok(None) };
     let text = given.to_string();
     duration(&text).map(Some).ok_or_else(|| {
@@ -131,7 +136,7 @@ fn numbers<N: TryFrom<u32>>(table: &Table, key: &str) -> Result<Vec<N>, Wrong> {
     list(table, key, |given| whole(key, given).map_err(|wrong| Wrong { path: Vec::new(), ..wrong }))
 }
 
-fn needed<'a>(table: &'a Table, key: &str) -> Result<&'a Given, Wrong> {
+pub(super) fn needed<'a>(table: &'a Table, key: &str) -> Result<&'a Given, Wrong> {
     find(table, key).ok_or_else(|| Wrong::whole(format!("'{key}' is missing")))
 }
 
@@ -156,7 +161,7 @@ fn channel(given: &Given) -> Result<ChannelFault, Wrong> {
 }
 
 /// One of the words of a key; the first unless given.
-fn word<T: Copy>(table: &Table, key: &str, known: &[(&str, T)]) -> Result<T, Wrong> {
+pub(super) fn word<T: Copy>(table: &Table, key: &str, known: &[(&str, T)]) -> Result<T, Wrong> {
     let first = known.first().map(|(_, value)| *value);
     let value = match find(table, key) {
         None => first,
