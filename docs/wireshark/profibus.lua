@@ -1,4 +1,4 @@
--- PROFIBUS for Wireshark and tshark: FDL telegrams, the DP-V0 services, and the PPO of SIKO AG03 and AG03/1 drives.
+-- PROFIBUS for Wireshark and tshark: FDL telegrams, the services of DP-V0 and DP-V1, and the PPO of SIKO AG03 and AG03/1 drives.
 --
 -- Wireshark knows no link type 257 (PROFIBUS_DL) and shows such captures as octets. How to install this file, and
 -- what to filter for, is in README.md beside it. Sources: EN 50170 parts 4 and 8 at second hand, the PROFIBUS manuals of
@@ -141,6 +141,107 @@ local SERVICE_OF_SAP = {
     [60] = "Slave_Diag",
     [61] = "Set_Prm",
     [62] = "Chk_Cfg",
+}
+local V1_FUNCTION = {
+    [72] = "Idle",
+    [81] = "Data_Transport",
+    [86] = "RM",
+    [87] = "Initiate",
+    [88] = "Abort",
+    [92] = "Alarm_Ack",
+    [94] = "Read",
+    [95] = "Write",
+}
+local V1_ERROR = {
+    [160] = "read error",
+    [161] = "write error",
+    [162] = "module failure",
+    [168] = "version conflict",
+    [169] = "feature not supported",
+    [176] = "invalid index",
+    [177] = "write length error",
+    [178] = "invalid slot",
+    [179] = "type conflict",
+    [180] = "invalid area",
+    [181] = "state conflict",
+    [182] = "access denied",
+    [183] = "invalid range",
+    [184] = "invalid parameter",
+    [185] = "invalid type",
+    [192] = "read constraint conflict",
+    [193] = "write constraint conflict",
+    [194] = "resource busy",
+    [195] = "resource unavailable",
+}
+local PARAMETER_ERROR = {
+    [0] = "no such parameter",
+    [1] = "not changeable",
+    [2] = "outside of its limits",
+    [3] = "no such sub-index",
+    [4] = "no array",
+    [5] = "wrong data type",
+    [6] = "may only be set to 0",
+    [7] = "its description cannot be changed",
+    [9] = "no description",
+    [11] = "no right to change it",
+    [15] = "no texts",
+    [16] = "may not be read",
+    [17] = "not in this state of the drive",
+    [20] = "a value that is not permitted",
+    [21] = "the response is too long",
+    [22] = "an address that is none",
+    [23] = "a format that is none",
+    [24] = "another number of values than of elements",
+    [25] = "no such axis",
+    [32] = "its text cannot be changed",
+    [33] = "no such service",
+    [35] = "too many requests at once",
+}
+local FORMAT = {
+    [1] = "boolean",
+    [2] = "integer of 8 bits",
+    [3] = "integer of 16 bits",
+    [4] = "integer of 32 bits",
+    [5] = "unsigned of 8 bits",
+    [6] = "unsigned of 16 bits",
+    [7] = "unsigned of 32 bits",
+    [8] = "floating point",
+    [9] = "text",
+    [10] = "octets",
+    [12] = "time of day",
+    [13] = "time difference",
+    [33] = "normalised of 16 bits",
+    [34] = "normalised of 32 bits",
+    [35] = "bits",
+    [36] = "nibbles",
+    [64] = "no value",
+    [65] = "octet",
+    [66] = "word",
+    [67] = "double word",
+    [68] = "error",
+}
+local FORMAT_SIZE = {
+    [1] = 1,
+    [2] = 1,
+    [3] = 2,
+    [4] = 4,
+    [5] = 1,
+    [6] = 2,
+    [7] = 4,
+    [8] = 4,
+    [9] = 1,
+    [10] = 1,
+    [12] = 6,
+    [13] = 4,
+    [33] = 2,
+    [34] = 4,
+    [35] = 2,
+    [36] = 2,
+    [64] = 0,
+    [65] = 1,
+    [66] = 2,
+    [67] = 4,
+    [68] = 2,
 }
 local PRM_BITS = {
     { 7, "lock_req", "Lock_Req" },
@@ -297,6 +398,35 @@ u16("profibus.dp.ssa.ident", "Ident_Number", base.HEX)
 plain("bool", "profibus.dp.ssa.no_add_chg", "No_Add_Chg")
 plain("bytes", "profibus.dp.ssa.remote", "Rem_Slave_Data")
 
+u8("profibus.v1.function", "Function_Num", V1_FUNCTION, 0x7F, base.HEX)
+plain("bool", "profibus.v1.refused", "Refused", 8, nil, 0x80)
+u8("profibus.v1.slot", "Slot_Number (0: the station)")
+u8("profibus.v1.index", "Index")
+u8("profibus.v1.length", "Length")
+plain("bytes", "profibus.v1.data", "Data of the record")
+u8("profibus.v1.error_decode", "Error_Decode", nil, nil, base.HEX)
+u8("profibus.v1.error", "Error_Code_1", V1_ERROR, nil, base.HEX)
+u8("profibus.v1.error_code_2", "Error_Code_2", nil, nil, base.HEX)
+u8("profibus.v1.alarm_type", "Alarm_Type", { [1] = "diagnostic", [2] = "process", [3] = "pull", [4] = "plug", [5] = "status", [6] = "update" })
+u8("profibus.v1.alarm_number", "Seq_Nr", nil, 0xF8)
+u8("profibus.v1.sap", "Server_SAP")
+u16("profibus.v1.send_timeout", "Send_Timeout in 10 ms", base.DEC)
+plain("bytes", "profibus.v1.more", "Further octets")
+
+u8("profibus.parameter.reference", "Request_Reference")
+u8("profibus.parameter.id", "Request_ID", { [1] = "read", [2] = "change" }, 0x7F)
+plain("bool", "profibus.parameter.failed", "Some were refused", 8, nil, 0x80)
+u8("profibus.parameter.axis", "Axis or DO-ID")
+u8("profibus.parameter.count", "No_of_Parameters")
+u8("profibus.parameter.attribute", "Attribute", { [0x10] = "value", [0x20] = "description", [0x30] = "text" }, nil, base.HEX)
+u8("profibus.parameter.elements", "No_of_Elements (0: no array)")
+u16("profibus.parameter.pnu", "Parameter number PNU", base.DEC)
+u16("profibus.parameter.subindex", "Sub-index", base.DEC)
+u8("profibus.parameter.format", "Format", FORMAT, nil, base.HEX)
+u8("profibus.parameter.values", "No_of_Values")
+plain("bytes", "profibus.parameter.value", "Values")
+u16("profibus.parameter.error", "Error number", base.DEC, PARAMETER_ERROR)
+
 -- Two fields of one name: a filter meets both.
 field.job = ProtoField.uint16("ppo.pkw.ak", "Job", base.DEC, JOB, 0xF000)
 field.answer = ProtoField.uint16("ppo.pkw.ak", "Answer", base.DEC, ANSWER, 0xF000)
@@ -332,10 +462,13 @@ local RETRY = expert_info("profibus.expert.retry", "Retry", "SEQUENCE", "NOTE")
 local PRM_FAULT = expert_info("profibus.expert.prm_fault", "Prm_Fault: Set_Prm was refused", "RESPONSE_CODE", "WARN")
 local CFG_FAULT = expert_info("profibus.expert.cfg_fault", "Cfg_Fault: Chk_Cfg was refused", "RESPONSE_CODE", "WARN")
 local WATCHDOG = expert_info("profibus.expert.watchdog", "The DP watchdog has expired", "SEQUENCE", "WARN")
+local V1_REFUSED = expert_info("profibus.expert.v1_refused", "A service of DP-V1 was refused", "RESPONSE_CODE", "NOTE")
+local PARAMETER_REFUSED = expert_info("profibus.expert.parameter_refused", "A parameter was refused", "RESPONSE_CODE", "NOTE")
 local JOB_REFUSED = expert_info("ppo.expert.refused", "Job not executable", "RESPONSE_CODE", "NOTE")
 local FAULT = expert_info("ppo.expert.fault", "The drive has a fault", "RESPONSE_CODE", "WARN")
 
-fdl.experts = { INVALID, WRONG_FCS, WRONG_LENGTH, REFUSED, ALONE, RETRY, PRM_FAULT, CFG_FAULT, WATCHDOG }
+fdl.experts = { INVALID, WRONG_FCS, WRONG_LENGTH, REFUSED, ALONE, RETRY, PRM_FAULT, CFG_FAULT, WATCHDOG, V1_REFUSED,
+    PARAMETER_REFUSED }
 ppo.experts = { JOB_REFUSED, FAULT }
 
 local fdl_fields, ppo_fields = {}, {}
@@ -705,6 +838,126 @@ local function process_data(range, tree, is_output, checked)
     return string.format("%d octets of %s", range:len(), is_output and "outputs" or "inputs")
 end
 
+----------------------------------------------------------------------------------------------------------- DP-V1
+
+-- What a SAP of a slave is for.
+local function sap_name(sap)
+    if SERVICE_OF_SAP[sap] then return SERVICE_OF_SAP[sap] end
+    if sap == 51 then return "MS1" end
+    if sap == 50 then return "MS1 alarms" end
+    if sap == 49 then return "MS2 resource manager" end
+    if sap < 49 then return "MS2 SAP " .. sap end
+    return "SAP " .. sap
+end
+
+-- The values of one parameter at `at`: where they end, and words. Nil if they are cut off.
+local function parameter_values(range, tree, at)
+    if range:len() < at + 2 then return nil end
+    local format, count = range(at, 1):uint(), range(at + 1, 1):uint()
+    local size = FORMAT_SIZE[format]
+    local len = size and size * count
+    if not len or range:len() < at + 2 + len then return nil end
+    tree:add(field["profibus.parameter.format"], range(at, 1))
+    tree:add(field["profibus.parameter.values"], range(at + 1, 1))
+    local words = FORMAT[format]
+    if len > 0 then
+        local values = range(at + 2, len)
+        if format == 0x44 and len >= 2 then
+            local item = tree:add(field["profibus.parameter.error"], values(0, 2))
+            words = string.format("error %02X, %s", values(0, 2):uint(), PARAMETER_ERROR[values(0, 2):uint()] or "of the manufacturer")
+            if len >= 4 then words = words .. string.format(" (%d)", values(2, 2):uint()) end
+            item:add_proto_expert_info(PARAMETER_REFUSED, words)
+        else
+            tree:add(field["profibus.parameter.value"], values)
+            words = octets(values)
+        end
+    end
+    return math.min(at + 2 + len + len % 2, range:len()), words
+end
+
+-- Record 47: a request if it is written, a response if it is read.
+local function parameters(range, tree, is_request)
+    if range:len() < 4 then
+        tree:add(field["profibus.v1.data"], range)
+        return string.format("%d octets", range:len())
+    end
+    tree:add(field["profibus.parameter.reference"], range(0, 1))
+    tree:add(field["profibus.parameter.id"], range(1, 1))
+    tree:add(field["profibus.parameter.failed"], range(1, 1))
+    tree:add(field["profibus.parameter.axis"], range(2, 1))
+    tree:add(field["profibus.parameter.count"], range(3, 1))
+    local id, count, at, words = range(1, 1):uint(), range(3, 1):uint(), 4, {}
+    if is_request then
+        for _ = 1, count do
+            if range:len() < at + 6 then table.insert(words, "[cut off]") break end
+            tree:add(field["profibus.parameter.attribute"], range(at, 1))
+            tree:add(field["profibus.parameter.elements"], range(at + 1, 1))
+            tree:add(field["profibus.parameter.pnu"], range(at + 2, 2))
+            tree:add(field["profibus.parameter.subindex"], range(at + 4, 2))
+            table.insert(words, string.format("PNU %d.%d", range(at + 2, 2):uint(), range(at + 4, 2):uint()))
+            at = at + 6
+        end
+    end
+    if id == 2 and is_request or id ~= 2 and not is_request then
+        for _ = 1, count do
+            local behind, said = parameter_values(range, tree, at)
+            if not behind then table.insert(words, "[cut off]") break end
+            at = behind
+            table.insert(words, said)
+        end
+    end
+    if at < range:len() then tree:add(field["profibus.v1.more"], range(at)) end
+    return string.format("%s %s", id % 128 == 1 and "read" or id % 128 == 2 and "change" or "?", table.concat(words, ", "))
+end
+
+-- A PDU of DP-V1.
+local function acyclic(range, tree, is_request)
+    local octet = range(0, 1)
+    tree:add(field["profibus.v1.function"], octet)
+    tree:add(field["profibus.v1.refused"], octet)
+    local function_number, len = octet:uint(), range:len()
+    local name = V1_FUNCTION[function_number % 128] or string.format("function %02X", function_number)
+    if not is_request and function_number >= 128 and len == 4 then
+        tree:add(field["profibus.v1.error_decode"], range(1, 1))
+        local item = tree:add(field["profibus.v1.error"], range(2, 1))
+        tree:add(field["profibus.v1.error_code_2"], range(3, 1))
+        local code = range(2, 1):uint()
+        local words = string.format("%s refused: %02X, %s", name, code, V1_ERROR[code] or "of the device")
+        item:add_proto_expert_info(V1_REFUSED, words)
+        return words
+    end
+    if (name == "Read" or name == "Write" or name == "Data_Transport") and len >= 4 then
+        tree:add(field["profibus.v1.slot"], range(1, 1))
+        tree:add(field["profibus.v1.index"], range(2, 1))
+        tree:add(field["profibus.v1.length"], range(3, 1))
+        local slot, index = range(1, 1):uint(), range(2, 1):uint()
+        local words = string.format("%s slot %d index %d", name, slot, index)
+        if len == 4 then return words end
+        local data = range(4)
+        local is_parameters = index == 47 and (name == "Write") == is_request
+        if is_parameters then return words .. ": " .. parameters(data, tree:add(fdl, data, "Parameters"), is_request) end
+        tree:add(field["profibus.v1.data"], data)
+        return words .. ": " .. octets(data)
+    end
+    if name == "Alarm_Ack" and len == 4 then
+        tree:add(field["profibus.v1.slot"], range(1, 1))
+        tree:add(field["profibus.v1.alarm_type"], range(2, 1))
+        tree:add(field["profibus.v1.alarm_number"], range(3, 1))
+        return string.format("Alarm_Ack slot %d type %d number %d", range(1, 1):uint(), range(2, 1):uint(),
+            math.floor(range(3, 1):uint() / 8))
+    end
+    if name == "RM" and len == 4 then
+        tree:add(field["profibus.v1.sap"], range(1, 1))
+        tree:add(field["profibus.v1.send_timeout"], range(2, 2))
+        return string.format("RM SAP %d", range(1, 1):uint())
+    end
+    if name == "Initiate" and is_request and len >= 6 then
+        tree:add(field["profibus.v1.send_timeout"], range(4, 2))
+    end
+    if len > 1 then tree:add(field["profibus.v1.more"], range(1)) end
+    return name
+end
+
 -- The data of a request or a response. range is nil if there are none.
 local function dissect_service(service, range, tree, is_request, checked)
     if not range then
@@ -719,6 +972,7 @@ local function dissect_service(service, range, tree, is_request, checked)
     if service == "Chk_Cfg" and is_request then return configuration_words(range, tree) end
     if service == "Global_Control" and is_request then return global_control(range, tree) end
     if service == "Set_Slave_Add" and is_request then return set_slave_add(range, tree) end
+    if service and service:find("^MS[12]") then return acyclic(range, tree, is_request) end
     tree:add(field["profibus.dp.data"], range)
     return string.format("%d octets", range:len())
 end
@@ -793,7 +1047,7 @@ local function service_of_request(func, dsap)
     if func == 0xE then return "Ident" end
     if func == 0xF then return "LSAP_Status" end
     if func == 0x0 then return "Time_Event" end
-    if dsap then return SERVICE_OF_SAP[dsap] or "SAP " .. dsap end
+    if dsap then return sap_name(dsap) end
     if func == 0xC or func == 0xD then return "Data_Exchange" end
     return REQUEST[func] or string.format("function %X", func)
 end
@@ -864,7 +1118,7 @@ local function data_telegram(tvb, pinfo, tree, frame)
     if is_request then
         service = service_of_request(func, dsap)
     elseif ssap then
-        service = SERVICE_OF_SAP[ssap] or "SAP " .. ssap
+        service = sap_name(ssap)
     elseif not service and data then
         service = "Data_Exchange"
     end

@@ -11,6 +11,7 @@ use profidrive::devices::ag03::param::TABLE;
 use profidrive::devices::ag03::profibus::bits::{Bit, Role, Word, bits};
 use profidrive::profibus::dp::chk_cfg::{COUNT, IdentifierBit, LENGTH, NOT_COMPARED, SpecialBit};
 use profidrive::profibus::dp::{ControlBit, DiagBit, PrmBit, Service};
+use profidrive::profibus::dpv1;
 
 #[test]
 fn no_bit_of_a_word_is_named_by_its_number() {
@@ -156,6 +157,31 @@ fn tables() -> String {
         if let Some(sap) = service.sap() {
             writeln!(lua, "    [{sap}] = \"{}\",", service.name()).unwrap();
         }
+    }
+    lua.push_str("}\n");
+    let mut numbered = |table: &str, rows: Vec<(u16, &str)>| {
+        writeln!(lua, "local {table} = {{").unwrap();
+        for (number, words) in rows {
+            writeln!(lua, "    [{number}] = \"{words}\",").unwrap();
+        }
+        lua.push_str("}\n");
+    };
+    let functions = dpv1::Function::ALL.iter();
+    numbered("V1_FUNCTION", functions.map(|function| (function.number().into(), function.name())).collect());
+    let codes = dpv1::ErrorCode::ALL.iter();
+    numbered("V1_ERROR", codes.filter_map(|code| Some((code.0.into(), code.words()?))).collect());
+    let errors = (0..=0xFF).map(|number| (number, dpv1::base_mode::ParameterError(number).words()));
+    numbered(
+        "PARAMETER_ERROR",
+        errors
+            .filter(|(_, words)| !words.starts_with("a reserved") && !words.starts_with("an error of"))
+            .collect(),
+    );
+    let formats = dpv1::base_mode::Format::ALL.iter();
+    numbered("FORMAT", formats.clone().map(|format| (format.0.into(), format.words())).collect());
+    writeln!(lua, "local FORMAT_SIZE = {{").unwrap();
+    for format in formats {
+        writeln!(lua, "    [{}] = {},", format.0, format.size().unwrap()).unwrap();
     }
     lua.push_str("}\n");
     octet(&mut lua, "PRM_BITS", PrmBit::ALL.iter().map(|bit| (bit.number(), bit.name())));

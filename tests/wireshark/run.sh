@@ -149,6 +149,49 @@ diff -u - "$work/watchdog" >"$work/difference" <<'WATCHDOG' || fail "the watchdo
 WATCHDOG
 cat "$work/watchdog"
 
+echo "== records, alarms, connections and parameters of DP-V1 through profibus.lua"
+python3 -B - "$here" "$work/dpv1.pcapng" <<'PYTHON'
+import sys
+sys.path.insert(0, sys.argv[1])
+from garbage import write
+telegrams = """
+68 09 09 68 87 82 7D 33 33 5E 01 0A 08 5D 16
+E5
+68 05 05 68 87 82 5D 33 33 CC 16
+68 0D 0D 68 82 87 08 33 33 5E 01 0A 04 11 22 33 44 8E 16
+68 0D 0D 68 87 82 7D 33 33 5F 01 0A 04 AA BB CC DD 68 16
+68 09 09 68 82 87 08 33 33 DE 80 B0 00 85 16
+68 09 09 68 87 82 7D 33 33 5C 01 02 01 4C 16
+68 19 19 68 87 83 6D 31 32 57 00 00 00 00 64 01 00 00 00 00 00 00 02 00 02 00 00 00 00 9A 16
+68 09 09 68 83 87 08 32 31 56 30 00 0A 05 16
+68 13 13 68 87 82 7D 33 33 5F 00 2F 0A 01 01 00 01 10 06 03 C4 00 00 64 16
+68 1B 1B 68 82 87 08 33 33 5E 00 2F 12 01 01 00 01 06 06 00 2A 00 01 00 64 07 EA 0B 16 00 01 C7 16
+68 17 17 68 87 82 7D 33 33 5F 00 2F 0E 03 02 00 01 10 00 03 C5 00 00 42 01 00 01 AA 16
+68 15 15 68 82 87 08 33 33 5E 00 2F 0C 04 81 00 02 42 01 00 01 44 01 00 00 20 16
+"""
+write(sys.argv[2], [bytes.fromhex(line) for line in telegrams.split("\n") if line])
+PYTHON
+dissected -2 -r "$work/dpv1.pcapng" -T fields -e _ws.col.Info >"$work/dpv1"
+diff -u - "$work/dpv1" >"$work/difference" <<'DPV1' || fail "DP-V1 reads otherwise: $(<"$work/difference")"
+MS1 Read slot 1 index 10
+MS1 short acknowledge
+MS1
+MS1 Read slot 1 index 10: 11223344
+MS1 Write slot 1 index 10: AABBCCDD
+MS1 Read refused: B0, invalid index
+MS1 Alarm_Ack slot 1 type 2 number 0
+MS2 resource manager Initiate
+MS2 resource manager RM SAP 48
+MS1 Write slot 0 index 47: read PNU 964.0
+MS1 Read slot 0 index 47: read 002A0001006407EA0B160001
+MS1 Write slot 0 index 47: change PNU 965.0, 0001
+MS1 Read slot 0 index 47: read 0001, error 00, no such parameter
+DPV1
+cat "$work/dpv1"
+for filter in "profibus.v1.index == 47 and profibus.parameter.pnu == 964" "profibus.v1.error == 0xB0" "profibus.parameter.error == 0"; do
+    (($(dissected -2 -r "$work/dpv1.pcapng" -Y "$filter" | wc -l) == 1)) || fail "the filter finds not one packet: $filter"
+done
+
 echo "== garbage through profibus.lua"
 python3 "$here/garbage.py" "$work/garbage.pcapng" "${GARBAGE[@]}"
 dissected -2 -r "$work/garbage.pcapng" -V >"$work/garbage"
