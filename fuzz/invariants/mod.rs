@@ -8,6 +8,7 @@ pub(crate) mod canopen_device;
 pub(crate) mod canopen_node;
 #[cfg(feature = "std")]
 pub(crate) mod decode_cli;
+pub(crate) mod dpv1;
 #[cfg(feature = "std")]
 pub(crate) mod eds;
 #[cfg(feature = "std")]

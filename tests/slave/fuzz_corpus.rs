@@ -21,6 +21,7 @@ fn every_input_of_every_corpus_keeps_the_invariants() {
         ("gsd", invariants::gsd::check),
         #[cfg(feature = "parameters")]
         ("ppo_drive", invariants::ppo_drive::check),
+        ("dpv1", invariants::dpv1::check),
         ("telegram", invariants::telegram::check),
         ("framer", invariants::framer::check),
         ("slave_ops", invariants::slave_ops::check),
