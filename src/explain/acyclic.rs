@@ -1,13 +1,20 @@
 //! The PDUs of DP-V1 in words: which slot and record, which alarm, which connection, why not.
 
 use super::field::{Field, Mark, hex};
+use super::parameters;
 use super::service::raw_data;
 use crate::profibus::dpv1::connection::{Abort, Initiate, InitiateResponse, Terms};
 use crate::profibus::dpv1::{
-    ALARM_SAP, AlarmHead, CALL_INDEX, Failure, Function, MS1_SAP, PARAMETER_INDEX, RESOURCE_MANAGER_SAP,
-    RequestPdu, ResponsePdu,
+    ALARM_SAP, AlarmHead, CALL_INDEX, Failure, Function, Identification, MS1_SAP, PARAMETER_INDEX,
+    RESOURCE_MANAGER_SAP, RequestPdu, ResponsePdu,
 };
 use crate::profibus::fdl::Sap;
+
+/// Octets of a PDU before the data of a record.
+const PDU_HEAD: usize = 4;
+
+/// The number of I&M0.
+const FIRST_BLOCK: u16 = 65000;
 
 /// What a SAP of a slave is for, if DP-V1 has it.
 pub(super) fn sap_use(sap: Sap) -> Option<&'static str> {
@@ -39,6 +46,21 @@ pub(super) fn request(data: &[u8], at: usize) -> (String, Vec<Field>) {
             let wanted = format!("at most {len} octets are wanted");
             (format!("Read {}", record(slot, index)), fields.place().octet("Length", wanted).done())
         }
+        RequestPdu::Write { slot, index: PARAMETER_INDEX, data } => {
+            match parameters::request(data, at + PDU_HEAD) {
+                Some((words, parts)) => {
+                    let head = format!("Write {}, {words}", record(slot, PARAMETER_INDEX));
+                    (head, fields.place().within("a request of parameters", parts))
+                }
+                None => (
+                    format!("Write {}: {}", record(slot, PARAMETER_INDEX), hex(data)),
+                    fields.place().sized(""),
+                ),
+            }
+        }
+        RequestPdu::Write { slot, index: CALL_INDEX, data } => {
+            (format!("Write {}: {}", record(slot, CALL_INDEX), call(data)), fields.place().sized("a call"))
+        }
         RequestPdu::Write { slot, index, data } => {
             (format!("Write {}: {}", record(slot, index), hex(data)), fields.place().sized("its new octets"))
         }
@@ -62,6 +84,20 @@ pub(super) fn response(data: &[u8], at: usize) -> (String, Vec<Field>) {
     };
     let fields = Fields::of(data, at);
     match pdu {
+        ResponsePdu::Read { slot, index: PARAMETER_INDEX, data } => {
+            match parameters::response(data, at + PDU_HEAD) {
+                Some((words, parts)) => {
+                    let head = format!("{}, {words}", record(slot, PARAMETER_INDEX));
+                    (head, fields.place().within("a response of parameters", parts))
+                }
+                None => {
+                    (format!("{}: {}", record(slot, PARAMETER_INDEX), hex(data)), fields.place().sized(""))
+                }
+            }
+        }
+        ResponsePdu::Read { slot, index: CALL_INDEX, data } => {
+            (format!("{}: {}", record(slot, CALL_INDEX), call(data)), fields.place().sized("a block"))
+        }
         ResponsePdu::Read { slot, index, data } => {
             (format!("{}: {}", record(slot, index), hex(data)), fields.place().sized("what is in it"))
         }
@@ -90,6 +126,18 @@ pub(super) fn response(data: &[u8], at: usize) -> (String, Vec<Field>) {
             let name = Function::numbered(function).map_or("service", Function::name);
             (format!("{name} refused: {failure}"), fields.failure(failure))
         }
+    }
+}
+
+/// `I&M0 is asked for`, `I&M0: order 6ES7 000-0AA00, ..`
+fn call(data: &[u8]) -> String {
+    let Some((&[0x08, _, high, low], block)) = data.split_first_chunk::<4>() else { return hex(data) };
+    let Some(number) = u16::from_be_bytes([high, low]).checked_sub(FIRST_BLOCK) else { return hex(data) };
+    let own = block.try_into().ok().and_then(Identification::parse).filter(|_| number == 0);
+    match own {
+        Some(own) => format!("I&M0: {own}"),
+        None if block.is_empty() => format!("I&M{number} is asked for"),
+        None => format!("I&M{number}: {}", String::from_utf8_lossy(block).trim()),
     }
 }
 
@@ -181,6 +229,16 @@ impl<'a> Fields<'a> {
     fn sized(self, what: &str) -> Vec<Field> {
         let len = self.rest.len().saturating_sub(1);
         self.octet("Length", format!("{len} octets follow")).some("data", len, what.into()).done()
+    }
+
+    /// The length octet, and the data as fields of their own.
+    fn within(self, what: &str, parts: Vec<Field>) -> Vec<Field> {
+        let mut fields = self.sized(what);
+        if let Some(data) = fields.last_mut() {
+            data.mark = parts.iter().map(|part| part.mark).fold(data.mark, Ord::max);
+            data.fields = parts;
+        }
+        fields
     }
 
     fn alarm(self, head: AlarmHead) -> Vec<Field> {
@@ -279,6 +337,18 @@ mod tests {
             ),
             ("68 06 06 68 83 87 08 32 30 48 BC 16", "7 -> 3  Idle: the slave is there still"),
             ("68 08 08 68 83 87 08 32 30 58 01 13 E0 16", "7 -> 3  ends the connection: a time-out"),
+            (
+                "68 13 13 68 87 82 7D 33 33 5F 00 2F 0A 01 01 00 01 10 06 03 C4 00 00 64 16",
+                "2 -> 7  Write record 47 (parameters of a drive) of slot 0, request 1: reads PNU 964 [0..5]",
+            ),
+            (
+                "68 1B 1B 68 82 87 08 33 33 5E 00 2F 12 01 01 00 01 06 06 00 2A 00 01 00 64 07 EA 0B 16 00 01 C7 16",
+                "7 -> 2  record 47 (parameters of a drive) of slot 0, response 1: 42, 1, 100, 2026, 2838, 1",
+            ),
+            (
+                "68 0D 0D 68 87 82 7D 33 33 5F 00 FF 04 08 00 FD E8 3B 16",
+                "2 -> 7  Write record 255 (identification) of slot 0: I&M0 is asked for",
+            ),
             (
                 "68 09 09 68 87 82 5D 33 33 5E 00 2F F0 49 16",
                 "2 -> 7  Read record 47 (parameters of a drive) of slot 0",

@@ -53,6 +53,7 @@ mod diag;
 mod field;
 mod frame;
 mod known;
+mod parameters;
 mod pkw;
 mod ppo;
 mod service;
@@ -66,6 +67,8 @@ pub(crate) use context::{MODES, Mode};
 pub use decoder::{Decoder, Taking};
 pub use field::{Bits, Field, Mark, hex};
 pub use known::Known;
+#[cfg(feature = "cli")]
+pub(crate) use parameters::values_text;
 pub use text::{HexText, TextError};
 
 use core::fmt;

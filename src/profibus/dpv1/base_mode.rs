@@ -294,6 +294,23 @@ impl ParameterError {
         }
     }
 
+    /// What helps; empty: nothing that is always the same.
+    pub const fn cure(self) -> &'static str {
+        match self.0 {
+            0x00 | 0x16 => "read the list of parameters, PNU 980, to see which there are",
+            0x01 => "read its description: it may only be read",
+            0x02 | 0x14 => "read its description: it has the limits",
+            0x03 | 0x18 => "read its description: it has the number of elements",
+            0x04 => "leave the sub-index out",
+            0x05 | 0x17 => "write the format that it is read with",
+            0x0B => "take the right to change parameters first, PNU 927",
+            0x11 => "bring the drive to another state first, mostly to standstill",
+            0x15 | 0x23 => "ask for less at once",
+            0x19 => "choose another axis (DO-ID): PNU 978 lists them",
+            _ => "",
+        }
+    }
+
     /// Whether its second word is a sub-index.
     pub const fn names_subindex(self) -> bool {
         matches!(self.0, 0x01..=0x03 | 0x06 | 0x07 | 0x14)
