@@ -1,10 +1,10 @@
 //! Questions to stations before, or instead of, taking one over: is it there, and what does its diagnosis say?
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use profirust::fdl::{
     DataTelegramHeader, FdlActiveStation, FdlApplication, FrameCountBit, FunctionCode, ResponseState,
-    Telegram, TelegramTx, TelegramTxResponse,
+    ResponseStatus, Telegram, TelegramTx, TelegramTxResponse,
 };
 use profirust::time::Instant;
 
@@ -20,7 +20,7 @@ const UNLOCK: [u8; 7] = {
 };
 
 /// One question to one station.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Question {
     /// FDL status.
     Status,
@@ -28,6 +28,8 @@ pub(super) enum Question {
     Diagnosis,
     /// Set_Prm with Unlock_Req: the slave is no longer ours.
     Release,
+    /// Data from one SAP to another, of DP-V1. Repeated, it is the same telegram: it runs once.
+    Data { dsap: u8, ssap: u8, data: Vec<u8> },
 }
 
 /// What came of a question.
@@ -39,6 +41,12 @@ pub(super) enum Answer {
     Station(StationType, Vec<u8>),
     /// SC.
     ShortAcknowledge,
+    /// NR: nothing to say, to data.
+    NothingToSay,
+    /// RS, to data.
+    NotActivated,
+    /// RR, to data.
+    NoResource,
 }
 
 /// A layer on profirust's token: asks what is queued, repeats what is not answered, keeps the answers.
@@ -48,16 +56,18 @@ pub(super) struct Inquiry {
     /// How often the first was asked.
     asked: u8,
     answers: VecDeque<(u8, Answer)>,
+    /// The frame count bit of the next telegram to each slave.
+    frame_counts: BTreeMap<u8, FrameCountBit>,
 }
 
 impl Question {
     /// How often it is asked if nobody answers.
-    fn tries(self, retry_limit: u8) -> u8 {
+    fn tries(&self, retry_limit: u8) -> u8 {
         let most = retry_limit.saturating_add(1);
         match self {
             // Most addresses of a line are free, and each costs all its tries.
             Self::Status => most.min(2),
-            Self::Diagnosis | Self::Release => most,
+            Self::Diagnosis | Self::Release | Self::Data { .. } => most,
         }
     }
 }
@@ -83,8 +93,8 @@ impl Inquiry {
     }
 
     /// What is asked now.
-    fn question(&self) -> Option<Question> {
-        self.questions.front().map(|(_, question)| *question)
+    fn question(&self) -> Option<&Question> {
+        self.questions.front().map(|(_, question)| question)
     }
 
     /// No answer of use: it is asked once more, or that is what has come of it.
@@ -100,7 +110,17 @@ impl Inquiry {
     fn answered(&mut self, address: u8, answer: Answer) {
         // Anything else is the answer to a question that was taken back.
         if self.questions.front().is_some_and(|(asked, _)| *asked == address) {
-            self.questions.pop_front();
+            let question = self.questions.pop_front().map(|(_, question)| question);
+            let count = self.frame_counts.entry(address).or_default();
+            match (question, &answer) {
+                (Some(Question::Status) | None, _) => {}
+                (Some(_), Answer::Silence) => count.reset(),
+                (Some(Question::Diagnosis | Question::Release), _) => {
+                    count.reset();
+                    count.cycle();
+                }
+                (Some(Question::Data { .. }), _) => count.cycle(),
+            }
             self.asked = 0;
             self.answers.push_back((address, answer));
         }
@@ -115,16 +135,22 @@ impl FdlApplication for Inquiry {
         tx: TelegramTx<'_>,
         _: bool,
     ) -> Option<TelegramTxResponse> {
-        let (da, question) = *self.questions.front()?;
+        let (da, question) = self.questions.front()?;
+        let da = *da;
         let sa = fdl.parameters().address;
         self.asked = self.asked.saturating_add(1);
-        let (service, data): (Service, &[u8]) = match question {
+        let of = |service: Service| (service.sap().map(Sap::number), MASTER_SAP.map(Sap::number));
+        let ((dsap, ssap), data): (_, &[u8]) = match question {
             Question::Status => return Some(tx.send_fdl_status_request(da, sa)),
-            Question::Diagnosis => (Service::SlaveDiag, &[]),
-            Question::Release => (Service::SetPrm, &UNLOCK),
+            Question::Diagnosis => (of(Service::SlaveDiag), &[]),
+            Question::Release => (of(Service::SetPrm), &UNLOCK),
+            Question::Data { dsap, ssap, data } => ((Some(*dsap), Some(*ssap)), data),
         };
-        let fc = FunctionCode::new_srd_low(FrameCountBit::First);
-        let (dsap, ssap) = (service.sap().map(Sap::number), MASTER_SAP.map(Sap::number));
+        let count = match question {
+            Question::Status | Question::Diagnosis | Question::Release => FrameCountBit::First,
+            Question::Data { .. } => self.frame_counts.get(&da).copied().unwrap_or_default(),
+        };
+        let fc = FunctionCode::new_srd_low(count);
         let header = DataTelegramHeader { da, sa, dsap, ssap, fc };
         Some(tx.send_data_telegram(header, data.len(), |pdu| {
             for (to, octet) in pdu.iter_mut().zip(data) {
@@ -134,15 +160,26 @@ impl FdlApplication for Inquiry {
     }
 
     fn receive_reply(&mut self, _: Instant, fdl: &FdlActiveStation, address: u8, telegram: Telegram<'_>) {
+        let to_data = matches!(self.question(), Some(Question::Data { .. }));
         let answer = match telegram {
             Telegram::Data(data) => match data.h.fc {
+                FunctionCode::Response { status: ResponseStatus::NoDataReady, .. } if to_data => {
+                    Answer::NothingToSay
+                }
+                FunctionCode::Response { status: ResponseStatus::NoResources, .. } if to_data => {
+                    Answer::NoResource
+                }
+                FunctionCode::Response {
+                    status: ResponseStatus::SapNotEnabled | ResponseStatus::UserError,
+                    ..
+                } if to_data => Answer::NotActivated,
                 FunctionCode::Response { state, .. } => {
                     Answer::Station(station_type(state), data.pdu.to_vec())
                 }
                 FunctionCode::Request { .. } => return,
             },
             // FDL status is answered by a telegram: this is noise, in which the answer may have been lost.
-            Telegram::ShortConfirmation(_) if self.question() == Some(Question::Status) => {
+            Telegram::ShortConfirmation(_) if self.question() == Some(&Question::Status) => {
                 return self.unanswered(fdl, address, Answer::Silence);
             }
             Telegram::ShortConfirmation(_) => Answer::ShortAcknowledge,

@@ -11,7 +11,7 @@
 //!   drives, faults on purpose, and a clock that jumps from one thing that happens to the next.
 //! - [`Session`] is one drive or several on a line that somebody else serves, for programs that do one thing after the
 //!   other; [`Axes`] gives each of them a queue of goals, [`Drive`] reads, saves and restores
-//!   the parameters of one. [`ProfileDrive`] is the same for any drive of PROFIDRIVE version 2.
+//!   the parameters of one. [`Connection`] reads and writes records of any slave of DP-V1. [`ProfileDrive`] is the same for any drive of PROFIDRIVE version 2.
 //!
 //! What profirust 0.6.0 wants, and where it differs from other masters:
 //!
@@ -30,6 +30,7 @@
 //!   diagnosis for the parameter fault.
 //! - It knows the operating state Operate only.
 
+mod acyclic;
 mod axes;
 mod drive;
 mod error;
@@ -41,6 +42,7 @@ mod profile_drive;
 mod session;
 mod simulated;
 
+pub use acyclic::{Connection, RecordError};
 pub use axes::Axes;
 pub use drive::{Drive, DriveError, Identity, Reached, Seen};
 pub use error::SessionError;

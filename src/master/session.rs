@@ -217,11 +217,36 @@ impl<L: Link, C: Clock> Session<L, C> {
             found(
                 address,
                 match answer {
-                    Answer::Silence | Answer::ShortAcknowledge => None,
+                    Answer::Silence
+                    | Answer::ShortAcknowledge
+                    | Answer::NothingToSay
+                    | Answer::NotActivated
+                    | Answer::NoResource => None,
                     Answer::Station(station, _) => Some(station),
                 },
             );
         })
+    }
+
+    /// Sends data from one SAP to another, and says what came back.
+    ///
+    /// # Errors
+    /// As [`Session::find`].
+    pub(super) fn ask(
+        &mut self,
+        address: Address,
+        (dsap, ssap): (u8, u8),
+        data: &[u8],
+    ) -> Result<Answer, SessionError> {
+        self.inquiry.ask(address.number(), Question::Data { dsap, ssap, data: data.to_vec() });
+        let mut outcome = Answer::Silence;
+        self.inquire(|_, answer| outcome = answer)?;
+        Ok(outcome)
+    }
+
+    /// Whether this session has taken the slave over.
+    pub(super) fn exchanges_with(&self, address: Address) -> bool {
+        self.drive(address).is_some()
     }
 
     /// Asks a slave for its diagnosis: the standard part, and all octets. That changes nothing, whoever its master is.
@@ -242,7 +267,10 @@ impl<L: Link, C: Clock> Session<L, C> {
                     StationType::MasterNotReady | StationType::MasterReady | StationType::MasterInRing,
                     _,
                 ) => Err(SessionError::Master { address }),
-                Answer::ShortAcknowledge => Err(SessionError::NoSlave { address }),
+                Answer::ShortAcknowledge
+                | Answer::NothingToSay
+                | Answer::NotActivated
+                | Answer::NoResource => Err(SessionError::NoSlave { address }),
             };
         })?;
         outcome

@@ -54,6 +54,8 @@ mod master_can;
 #[cfg(target_os = "linux")]
 mod master_command;
 #[cfg(target_os = "linux")]
+mod master_records;
+#[cfg(target_os = "linux")]
 mod metrics;
 #[cfg(target_os = "linux")]
 mod node_files;

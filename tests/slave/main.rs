@@ -66,6 +66,7 @@ mod data_exchange;
 mod diagnosis;
 mod dp_states;
 mod dpv1;
+mod dpv1_client;
 mod dpv1_connections;
 mod drive_behaviour;
 mod drive_faults;

@@ -15,6 +15,7 @@ use clap::Subcommand;
 use super::link::BaudSpec;
 use super::master_link::{CanPlace, MasterLink};
 use super::quantity::Quantity;
+use super::records::{ParamAction, RecordAction};
 use super::spec::{ident, ppo};
 
 /// Commissions a drive, real or emulated: parameters, status, faults, motion
@@ -124,6 +125,37 @@ pub(crate) enum Action {
     /// Slave_Diag changes nothing, and works also while another master owns the slave.
     #[command(after_help = "Example:\n  profidrive master --link /tmp/bus --address 5 diag")]
     Diag,
+    /// Reads or writes a record of a slave of DP-V1, by slot and index
+    ///
+    /// Over a connection of a master of class 2: whoever owns the slave is not disturbed.
+    #[command(after_help = "\
+Examples:
+  profidrive master --link /tmp/bus --address 7 record read 1 10
+  profidrive master --link /tmp/bus --address 7 record write 1 10 01020304")]
+    Record {
+        #[command(subcommand)]
+        action: RecordAction,
+    },
+    /// Parameters of a drive of PROFIdrive by record 47: values, descriptions, texts; several in one request
+    #[command(after_help = "\
+Examples:
+  profidrive master --link /tmp/bus --address 7 param read 922 964.0-5
+  profidrive master --link /tmp/bus --address 7 param write 927=0
+  profidrive master --link /tmp/bus --address 7 param describe 930")]
+    Param {
+        #[command(subcommand)]
+        action: ParamAction,
+    },
+    /// Identification and maintenance of a slave of DP-V1: order number, serial number, versions
+    #[command(after_help = "Example:\n  profidrive master --link /tmp/bus --address 7 im")]
+    Im {
+        /// The block: 0 what the device is, 1 to 4 what its owner wrote
+        #[arg(default_value = "0", value_parser = clap::value_parser!(u16).range(..200))]
+        block: u16,
+        /// The slot, 0: the station
+        #[arg(long, default_value = "0", value_name = "N", value_parser = clap::value_parser!(u8).range(..255))]
+        slot: u8,
+    },
     /// Reads one parameter, on CANopen one entry
     #[command(after_help = "\
 Examples:

@@ -14,6 +14,7 @@ mod manual;
 mod master;
 mod master_link;
 mod quantity;
+mod records;
 mod spec;
 
 use std::ffi::OsString;
@@ -45,6 +46,7 @@ pub(crate) use master::Go;
 pub(crate) use master::{Action, AddressRange, Asked, Direction, Master, Motion};
 pub(crate) use master_link::{CanPlace, MasterLink};
 pub(crate) use quantity::Quantity;
+pub(crate) use records::{ParamAction, ParamChange, ParamPlace, Reach, RecordAction};
 
 /// Emulated fieldbus drives on PROFIBUS-DP and CANopen, to test masters with.
 ///

@@ -79,7 +79,11 @@ pub(super) fn act(
         Action::Stop => drive.stop(json),
         Action::Motion(motion) => drive.motion(*motion, leave, json),
         // These are asked of the line.
-        Action::Scan { .. } | Action::Diag => not_here(),
+        Action::Scan { .. }
+        | Action::Diag
+        | Action::Record { .. }
+        | Action::Param { .. }
+        | Action::Im { .. } => not_here(),
     }
 }
 

@@ -9,6 +9,7 @@
 //! | `ag03` | an AG03 or AG03/1 on PROFIBUS |
 //! | `canopen` | what is done with a node of CANopen |
 //! | `ppo` | what is done with a drive of PROFIDRIVE version 2 |
+//! | `records` | records, parameters by record 47, identification of a slave of DP-V1 |
 //! | the others | one group of subcommands each |
 
 mod access;
@@ -21,6 +22,7 @@ mod file;
 mod link;
 mod motion;
 mod ppo;
+mod records;
 mod restore;
 mod scan;
 mod set;
@@ -74,6 +76,15 @@ fn dispatch(args: &Master) -> Result<(), Failure> {
     }
     if let Action::Diag = &args.action {
         return diag::diag(&mut session(args)?, address(args)?, args.json);
+    }
+    if let Action::Record { action } = &args.action {
+        return records::record(&mut session(args)?, address(args)?, action, args.json);
+    }
+    if let Action::Param { action } = &args.action {
+        return records::param(&mut session(args)?, address(args)?, action, args.json);
+    }
+    if let Action::Im { block, slot } = &args.action {
+        return records::identification(&mut session(args)?, address(args)?, (*slot, *block), args.json);
     }
     match args.ppo {
         Some(kind) => ppo::master(args, kind),
