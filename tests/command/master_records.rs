@@ -75,3 +75,17 @@ fn a_station_that_another_master_owns_is_not_disturbed_and_one_without_connectio
     let (code, _, error) = said(&emulator, &["record", "read", "1", "10"]);
     assert!(code == Some(1) && error.contains("no connections of DP-V1 (SAP 49)"), "{error}");
 }
+
+#[test]
+fn parameters_of_a_drive_of_profidrive_are_read_and_written_by_record_47() {
+    let emulator = Emulator::start(&["--link", "tcp:127.0.0.1:0", "--profidrive", "7"]);
+    let read = done(&emulator, &["param", "read", "922", "964.0-5"]);
+    let lines: Vec<_> = read.lines().collect();
+    assert!(lines[0].starts_with("PNU 922: ") && lines[1].starts_with("PNU 964.0-5: "), "{read}");
+    assert_eq!(lines[1].matches(", ").count(), 5, "six elements: {read}");
+    let (code, out, error) = said(&emulator, &["param", "read", "922", "1999"]);
+    assert!(code == Some(1) && out.starts_with("PNU 922: "), "what is good is told: {out}");
+    assert!(error.contains("PNU 1999: no such parameter (error 00)"), "{error}");
+    let described = done(&emulator, &["param", "describe", "922", "--json"]);
+    assert!(described.contains("\"parameter\":\"PNU 922\""), "{described}");
+}
