@@ -133,31 +133,18 @@ impl Listed {
         let now = Instant::from_millis(1);
         let node = NodeId::new(number).unwrap();
         let device = product.make(node, &Choices::default(), Eeprom::Internal, now);
-        Self::commanded(device, product.name, number, kind)
-    }
-
-    fn commanded(device: Box<dyn CanopenDevice>, name: &str, number: u8, kind: u8) -> Self {
-        let mut this = Self { now: Instant::from_millis(1), device };
-        this.device.power_on(this.now);
+        let mut this = Self { now, device };
+        this.device.power_on(now);
         this.drain();
-        turn_by_hand(&mut *this.device, this.now);
-        for (id, octets) in commands(name, number, kind) {
+        turn_by_hand(&mut *this.device, now);
+        for (id, octets) in commands(product.name, number, kind) {
             this.data(id, &octets);
         }
         (0..2000).for_each(|_| _ = this.millisecond());
         let before = position(&*this.device);
         (0..100).for_each(|_| _ = this.millisecond());
-        assert_ne!(position(&*this.device), before, "{name}: it turns");
+        assert_ne!(position(&*this.device), before, "{}: it turns", product.name);
         this
-    }
-
-    /// The drive of a file, which has what a master of the ASDA-A2 needs.
-    fn of_file(file: &'static profidrive::devices::from_eds::Dictionary, number: u8, kind: u8) -> Self {
-        use profidrive::can_bus::canopen::node::storage::Eeprom;
-        use profidrive::devices::from_eds::FromEds;
-
-        let device = FromEds::on_node(file, NodeId::new(number).unwrap(), Eeprom::Internal);
-        Self::commanded(Box::new(device), "a file", number, kind)
     }
 
     fn data(&mut self, id: u16, octets: &[u8]) -> usize {
@@ -274,20 +261,6 @@ fn listed(criterion: &mut Criterion) {
     });
     let mut all: Vec<Listed> = turning(20).take(127).collect();
     criterion.bench_function("127_mixed_nodes_millisecond", |bencher| {
-        bencher.iter(|| all.iter_mut().map(Listed::millisecond).sum::<usize>());
-    });
-    let mut eds = profidrive::eds::Eds::read(include_bytes!("../tests/eds/asda-a2.eds")).unwrap();
-    eds.complete();
-    let file = profidrive::devices::from_eds::Dictionary::hold(eds);
-    let mut one = Listed::of_file(file, 5, 1);
-    criterion.bench_function("from_a_file_sdo_answer", |bencher| {
-        bencher.iter(|| one.data(0x605, black_box(&[0x40, 0x18, 0x10, 1, 0, 0, 0, 0])));
-    });
-    criterion.bench_function("from_a_file_sync_to_last_tpdo", |bencher| {
-        bencher.iter(|| one.data(SYNC, black_box(&[])));
-    });
-    let mut all: Vec<Listed> = (1..=127).map(|number| Listed::of_file(file, number, 20)).collect();
-    criterion.bench_function("127_nodes_from_a_file_millisecond", |bencher| {
         bencher.iter(|| all.iter_mut().map(Listed::millisecond).sum::<usize>());
     });
     let mut bus = OnBus::new(127, 20);
