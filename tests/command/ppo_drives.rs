@@ -12,12 +12,16 @@ fn file(name: &str) -> String {
 fn drives_of_the_profile_are_drives_of_the_ready_line() {
     let described = format!("7,gsd={},parameters={}", file("ppo_drive.gsd"), file("ppo_drive.toml"));
     let table = format!("8,ppo=2,ident=80D1,parameters={}", file("ppo_drive.csv"));
-    let emulator = Emulator::start(&["--drive", "5", "--ppo-drive", &described, "--ppo-drive", &table]);
-    assert!(emulator.ready.ends_with(" drives=5,7,8\n"), "{}", emulator.ready);
+    let one = format!("9,gsd={}/tests/gsd/compact.gsd", env!("CARGO_MANIFEST_DIR"));
+    let drives = ["--drive", "5", "--ppo-drive", &described, "--ppo-drive", &table, "--ppo-drive", &one];
+    let emulator = Emulator::start(&drives);
+    assert!(emulator.ready.ends_with(" drives=5,7,8,9\n"), "{}", emulator.ready);
     emulator.signal("TERM");
     let (code, _, log) = emulator.end();
     assert_eq!(code, Some(0), "{log}");
     assert!(log.contains("drive of PROFIDRIVE version 2, PPO 2, ident 0x80D1, at address 8"), "{log}");
+    // What its file has.
+    assert!(log.contains("drive of PROFIDRIVE version 2, PPO 1, ident 0x0A01, at address 9"), "{log}");
 }
 
 #[test]

@@ -282,14 +282,14 @@ pub(super) fn station(file: &Path, policy: Policy) -> Result<Station, String> {
 pub(super) fn ppo_drive(spec: &Spec) -> Result<Prepared, Wrong> {
     let choices = &spec.choices;
     let only = choices.word("ppo").and_then(ppo);
-    let (description, inner) = match choices.file("gsd") {
+    let (description, inner, has) = match choices.file("gsd") {
         Some(_) if choices.hexadecimal("ident").is_some() => {
             return Err(Wrong::at("ident", "the ident number is that of the GSD; leave ident out"));
         }
         Some(file) => {
             let station = station(file, Policy::PROPOSED).map_err(|words| Wrong::at("gsd", words))?;
-            check_ppo(&station, file, only)?;
-            (station.description(), PpoJudge::Gsd(Box::new(station)))
+            let has = ppos(&station, file, only)?;
+            (station.description(), PpoJudge::Gsd(Box::new(station)), in_words(&has))
         }
         None => {
             let ident = choices.hexadecimal("ident").unwrap_or(IDENT_NUMBER);
@@ -299,7 +299,8 @@ pub(super) fn ppo_drive(spec: &Spec) -> Result<Prepared, Wrong> {
                 None => CONFIGURATIONS,
             };
             let description = Description { ident, sync_mode: true, freeze_mode: true, ..Description::PLAIN };
-            (description, PpoJudge::Profile(Fixed { configurations, ..Fixed::PLAIN }))
+            let has = "PPO 1 to 5".to_owned();
+            (description, PpoJudge::Profile(Fixed { configurations, ..Fixed::PLAIN }), has)
         }
     };
     let model = match &inner {
@@ -319,7 +320,7 @@ pub(super) fn ppo_drive(spec: &Spec) -> Result<Prepared, Wrong> {
         return Err(Wrong::at("parameters", words));
     }
     let address = spec.address();
-    let ppo = only.map_or_else(|| "PPO 1 to 5".into(), |kind| kind.to_string());
+    let ppo = only.map_or(has, |kind| kind.to_string());
     let of_family = match family {
         Family::Profile => "",
         Family::Micromaster => ", parameters as in MICROMASTER",
@@ -353,17 +354,20 @@ pub fn ppo(number: &str) -> Option<PpoType> {
     })
 }
 
-/// Refuses a device file that has no PPO, or not the one that is wanted.
-fn check_ppo(station: &Station, file: &Path, only: Option<PpoType>) -> Result<(), Wrong> {
+fn in_words(kinds: &BTreeSet<PpoType>) -> String {
+    kinds.iter().map(PpoType::to_string).collect::<Vec<_>>().join(", ")
+}
+
+/// The PPO of a device file. One that has none is refused, or not the one that is wanted.
+fn ppos(station: &Station, file: &Path, only: Option<PpoType>) -> Result<BTreeSet<PpoType>, Wrong> {
     let admitted = admitted(station);
     if admitted.iter().any(|kind| only.is_none_or(|only| only == *kind)) {
-        return Ok(());
+        return Ok(admitted);
     }
     let (name, numbers) = (file.display(), "12, 20, 4, 12 or 28 octets each way");
     Err(match only.filter(|_| !admitted.is_empty()) {
         Some(only) => {
-            let has: Vec<_> = admitted.iter().map(PpoType::to_string).collect();
-            let has = has.join(", ");
+            let has = in_words(&admitted);
             Wrong::at(
                 "ppo",
                 format!("{name} has {has}, not {only}; choose one that it has, or leave ppo out"),
