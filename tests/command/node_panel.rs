@@ -416,6 +416,35 @@ fn what_an_ap10_has_confirmed_and_where_its_shaft_is_survive_a_kill() {
     }
 }
 
+/// FC-11
+#[test]
+fn a_node_whose_image_has_a_number_that_is_taken_is_no_twin_unless_it_shall_be() {
+    let folder = tempfile::tempdir().unwrap();
+    let state = folder.path().to_str().unwrap();
+    let arguments = ["--node", "5", "--link", "slcan-tcp:127.0.0.1:0", "--state-dir", state];
+    let emulator = Emulator::with(&arguments);
+    let place = emulator.terminal().to_str().unwrap().strip_prefix("slcan-tcp:").unwrap().to_owned();
+    let mut rig = Rig { master: Master::open(&place), emulator };
+    let add = |rig: &Rig, body: Value| rig.emulator.send("POST", "/api/v1/stations", &body);
+    let remove = |rig: &Rig, node: &str| {
+        let path = format!("/api/v1/stations/{node}");
+        assert_eq!(rig.emulator.send("DELETE", &path, &Value::Null).status, 204, "{node}");
+    };
+    assert_eq!(add(&rig, json!({"address": 7, "device": "ap10"})).status, 201);
+    assert_eq!(rig.master.frame(0x707), "00");
+    // 5F0Ah:1 := 12, saved.
+    assert_eq!(rig.master.sdo(7, "2F0A5F010C000000"), "600A5F0100000000");
+    assert_eq!(rig.master.sdo(7, "2310100173617665"), "6010100100000000");
+    remove(&rig, "7");
+    assert_eq!(add(&rig, json!({"address": 12, "device": "ag03-1"})).status, 201);
+    let refused = add(&rig, json!({"address": 7, "device": "ap10"}));
+    let sentence = "its EEPROM has the node number 12, which another node has; remove that one";
+    assert!(refused.status == 409 && refused.detail().contains(sentence), "{refused:?}");
+    remove(&rig, "12");
+    let added = add(&rig, json!({"address": 7, "device": "ap10"}));
+    assert_eq!((added.status, &added.json()["address"]), (201, &json!(12)), "{added:?}");
+}
+
 #[test]
 fn faults_come_and_go_while_the_bus_runs_and_are_counted() {
     let mut rig = Rig::start(&["5", "6,device=ap10"]);

@@ -184,6 +184,12 @@ impl OnLine for NodeAccess<'_> {
                 .map_err(|error| Problem::conflict(in_one_line(&error)))?,
             None => StoredNode::new(product.make(node, choices, Eeprom::Internal, now), now),
         };
+        let number = stored.node_id().number();
+        if !spec.choices.flag("twin") && self.device(number).is_some() {
+            return Err(Problem::conflict(format!(
+                "its EEPROM has the node number {number}, which another node has; remove that one, or give it another number"
+            )));
+        }
         if let Some(rate) = self.rate {
             stored.set_rate(now, rate);
         }
@@ -191,7 +197,6 @@ impl OnLine for NodeAccess<'_> {
         for signal in spec.signals().map_err(|wrong| Problem::value(wrong.words))? {
             stored.connect(now, signal);
         }
-        let number = stored.node_id().number();
         let seat = self.bus.add(now, Box::new(stored));
         self.nodes.push(Seated { seat, product });
         self.bus.reseat_faults();
