@@ -204,6 +204,42 @@ fn do_02_read_only_range_and_length() {
     assert_eq!(rig.read(0x1018, 4), Err(0x0609_0011));
 }
 
+/// Each P-parameter of the ranges that the page names is a row of the table or marked, with the type of its group; each is
+/// in the data sheet with the same name.
+#[test]
+fn each_p_parameter_is_in_the_table_or_marked_and_the_page_and_the_data_sheet_say_the_same() {
+    const PAGE: &str = include_str!("../../docs/asda-a2-conformance.md");
+    const SHEET: &str = include_str!("../eds/asda-a2.eds");
+    let page = PAGE.split_whitespace().collect::<Vec<_>>().join(" ");
+    let objects = AsdaA2::objects(Level::Full);
+    let table: Vec<_> = rows().into_iter().map(|row| row.at.index.0).collect();
+    let node = NodeId::new(NODE).unwrap();
+    let (mut marked, mut known) = (0, 0);
+    for group in 0..8_u16 {
+        let from = page.find(&format!("P{group}-00 to ")).expect("a range") + "P0-00 to ".len();
+        let last: u16 = page[from..from + 2].parse().unwrap();
+        for number in 0..=last {
+            let (index, name) = (0x2000 + 0x100 * group + number, format!("P{group}-{number:02}"));
+            let object = objects.iter().find(|object| object.index.0 == index).expect(&name);
+            assert!(SHEET.contains(&format!("ParameterName={}\n", object.name)), "{name}");
+            if table.contains(&index) {
+                assert!(object.name.starts_with(&name) && !object.name.ends_with(WITHOUT_EFFECT), "{name}");
+                known += 1;
+                continue;
+            }
+            marked += 1;
+            assert_eq!(object.name, format!("{name}{WITHOUT_EFFECT}"));
+            let [entry] = object.entries else { panic!("{name} has one entry") };
+            let data = if group < 5 { DataType::I16 } else { DataType::I32 };
+            assert_eq!((entry.sub.0, entry.data, entry.access), (0, data, Access::Rw), "{name}");
+            assert!(entry.stored && entry.mapping != Mapping::No, "{name}");
+            assert_eq!(entry.default_value(node).number(), Some(0), "{name}");
+        }
+    }
+    let all = objects.iter().filter(|object| (0x2000..0x2800).contains(&object.index.0)).count();
+    assert_eq!((marked + known, known), (all, 21));
+}
+
 #[test]
 fn parameters_without_a_function_are_kept_and_have_no_effect() {
     let objects = AsdaA2::objects(Level::Full);
