@@ -76,6 +76,40 @@ fn a_factory_reset_of_a_node_by_its_switches_loads_defaults() {
     assert_eq!(v_pos(&mut rig), "4F1024051E000000");
 }
 
+/// The same from the command line: reset, then started as usual.
+#[test]
+fn a_factory_reset_of_a_node_from_the_command_line_is_in_its_image() {
+    let folder = tempfile::tempdir().unwrap();
+    let state = folder.path().to_str().unwrap();
+    let start = |node: &str| {
+        let link = ["--link", "slcan-tcp:127.0.0.1:0", "--state-dir", state];
+        let emulator = Emulator::with(&[&["--node", node], &link[..]].concat());
+        let place = emulator.terminal().to_str().unwrap().strip_prefix("slcan-tcp:").unwrap().to_owned();
+        Rig { emulator, master: Master::open(&place) }
+    };
+    let v_pos = |rig: &mut Rig| rig.master.sdo(5, "4010240500000000");
+    let mut rig = start("5");
+    assert_eq!(rig.master.sdo(5, "2F1024054D000000"), "6010240500000000");
+    drop(rig);
+    let mut rig = start("5");
+    assert_eq!(v_pos(&mut rig), "4F1024054D000000", "kept");
+    drop(rig);
+    let image = || std::fs::read(folder.path().join("ag03-1-node-005.eeprom")).unwrap();
+    let before = image();
+    let rig = start("5,reset=all");
+    let node = rig.emulator.get("/api/v1/stations/5");
+    assert_eq!((&node["power"], &node["bus_state"]), (&json!("factory_reset"), &Value::Null));
+    let switches = rig.emulator.get("/api/v1/stations/5/switches");
+    assert!(switches["text"].as_str().unwrap().contains("factory reset of all parameters"), "{switches}");
+    let begin = std::time::Instant::now();
+    while image() == before {
+        assert!(begin.elapsed() < PATIENCE, "the image is as before");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    drop(rig);
+    assert_eq!(v_pos(&mut start("5")), "4F1024051E000000");
+}
+
 #[test]
 fn nodes_have_samples_a_table_of_them_and_their_parameters() {
     let rig = Rig::start(&["5", "6,device=ap10", "7,device=asda-a2"]);

@@ -48,6 +48,8 @@ pub use wrong::Wrong;
 use crate::devices::ag03;
 use crate::devices::ag03::canopen::Ag03Node;
 use crate::devices::ag03::param::Model;
+use crate::devices::ag03::unit::DipSwitches;
+use crate::devices::ag03::unit::dip::ResetPatterns;
 use crate::devices::ap10;
 use crate::devices::ap10::canopen::Ap10;
 use crate::devices::asda_a2;
@@ -168,7 +170,7 @@ pub static DEVICES: &[Device] = &[
         name: "ag03-1",
         sheet: ag03::canopen::objects::SHEET,
         vocabulary: &ag03::canopen::VOCABULARY,
-        choices: &[GEAR, TWIN, QUIRKS, OBJECTS],
+        choices: &[GEAR, RESET, TWIN, QUIRKS, OBJECTS],
         objects: &|choices| ag03::canopen::objects::objects(slaves::gear(choices)),
         quirks: || rows(ag03::canopen::QUIRKS),
         make: &|node, choices, memory, now| {
@@ -176,7 +178,17 @@ pub static DEVICES: &[Device] = &[
             let mut config =
                 ag03::canopen::Config { gear, eeprom: memory, ..ag03::canopen::Config::new(node) };
             choices.apply(ag03::canopen::QUIRKS, &mut config);
-            Box::new(Ag03Node::new(config, now).unsupplied(now))
+            let mut device = Ag03Node::new(config, now).unsupplied(now);
+            if let Some(set) = choices.word("reset") {
+                let ResetPatterns { all, standard, controller } = config.reset_patterns;
+                let pattern = match set {
+                    "standard" => standard,
+                    "controller" => controller,
+                    _ => all,
+                };
+                device.set_switches(DipSwitches::from_bits(pattern.into()).with_reset(true));
+            }
+            Box::new(device)
         },
     }),
     Device::Node(Product {
@@ -244,6 +256,12 @@ const GEAR: Choice = Choice {
         "The internal gear, of an AG03 or AG03/1 only.",
     )
 };
+
+const RESET: Choice = Choice::of(
+    "reset",
+    Takes::OneOf(&["all", "standard", "controller"], None),
+    "Its DIP switches ask for this factory reset at the start (SW8 on): its parameters are reset, and it is not on the bus.",
+);
 
 const TWIN: Choice = Choice::of("twin", Takes::Flag, "Another node may have its number: a fault on purpose.");
 

@@ -362,7 +362,7 @@ mod tests {
                 Group::Node,
                 "",
                 "id",
-                "'' is no node number; expected ID[,device=ag03-1|ap10|asda-a2|eds-node][,gear=24|48][,twin][,mode=full|half][,eds=FILE][,profile=file|none]",
+                "'' is no node number; expected ID[,device=ag03-1|ap10|asda-a2|eds-node][,gear=24|48][,reset=all|standard|controller][,twin][,mode=full|half][,eds=FILE][,profile=file|none]",
             ),
             (Group::Node, "0", "id", "node number 0 is outside 1 to 127"),
             (Group::Node, "128,device=ap10", "id", "node number 128 is outside 1 to 127"),

@@ -143,7 +143,9 @@ impl CanopenDevice for Ag03Node {
     }
 
     fn recall(&mut self, now: Instant, image: &[u8]) -> Result<(), RecallError> {
+        let node_id = self.number_at_start();
         *self = Self::restore(*self.config(), image, now)?.unsupplied(now);
+        self.part.node_id = node_id;
         Ok(())
     }
 
