@@ -43,12 +43,7 @@ impl Done {
 type Stepped = (Vec<u8>, Answer, Option<Result<Done, AcyclicError>>);
 
 /// One telegram of a client: `lost` replies do not arrive and the telegram is repeated. What it sent, and what came of it.
-fn step(
-    line: &mut V1Line,
-    master: u8,
-    client: &mut AcyclicClient,
-    lost: u8,
-) -> Option<Stepped> {
+fn step(line: &mut V1Line, master: u8, client: &mut AcyclicClient, lost: u8) -> Option<Stepped> {
     let sent = client.poll_transmit(line.now)?;
     let (saps, data) = ((sent.dsap, sent.ssap), sent.data.to_vec());
     let mut answer = line.srd(master, Some(saps), Service::SrdLow, &data);
