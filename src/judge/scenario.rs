@@ -293,7 +293,6 @@ fn compile(fault: &str, setup: &Setup, subject: Address) -> Result<String, RuleE
             "station=S" => return Ok(format!("station={subject}")),
             "station=O" => return Ok(format!("station={}", other.unwrap_or(subject))),
             "count=RETRIES" => return Ok(format!("count={}", setup.retries.unwrap_or(RETRIES).max(1))),
-            "at=LAST" => return Ok(format!("at={}", setup.retries.unwrap_or(RETRIES).max(1) + 1)),
             _ => {}
         }
         let Some((key, slots)) = part.strip_suffix("slot").and_then(|part| part.split_once('=')) else {

@@ -71,6 +71,10 @@ pub(crate) fn placed(
             settings.stations.extend(Settings::new(&more, slot).stations);
             absent.extend(more);
         }
+        // Behind the last station of a cycle it may pause.
+        Some(Mistake::SlowForAbsent) if !absent.is_empty() => {
+            settings.stations.extend(Settings::new(&[12], slot).stations);
+        }
         Some(Mistake::TightSlot) => settings.slot = BAUD.bit_times(u32::from(BAUD.max_tsdr_bits()) + 10),
         Some(Mistake::TightWatchdog) => {
             (settings.watchdog, settings.pause) = (Duration::from_millis(10), Duration::from_millis(4));

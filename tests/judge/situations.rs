@@ -60,8 +60,6 @@ impl Situation {
             Mistake::TooFast => !self.absent.is_empty() && self.slot.as_millis() > 10,
             // Each token comes later than T_TR, and then no address is asked.
             Mistake::AlwaysAsksGap => self.slot.as_millis() > 10,
-            // And the GAP is not gone round twice.
-            Mistake::GapSkips => self.slot.as_millis() > 10,
             _ => false,
         }
     }

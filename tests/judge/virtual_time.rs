@@ -160,11 +160,16 @@ fn varied(seed: u32) -> (Settings, Vec<u8>) {
     (settings, absent)
 }
 
-/// Five configurations, a hundred with `PROFIDRIVE_LONG`.
+/// Five configurations, a hundred with `PROFIDRIVE_LONG`. With 17 a station that is asked for its FDL status in the GAP is
+/// made a master by a fault, with 19 the late reply of a lost cycle met the next one.
 #[test]
 fn correct_masters_of_many_configurations_are_not_accused() {
-    let runs = if is_long() { 100 } else { 5 };
-    let seeds: Vec<u32> = (1..=runs).collect();
+    let only = std::env::var("SEED").ok().and_then(|seed| seed.parse::<u32>().ok());
+    let seeds: Vec<u32> = match only {
+        Some(seed) => vec![seed],
+        None if is_long() => (1..=100).collect(),
+        None => vec![1, 2, 3, 17, 19],
+    };
     let wrong = in_threads(&seeds, |seed| {
         let (settings, absent) = varied(*seed);
         let words = format!("seed {seed}: {settings:?}, absent {absent:?}");

@@ -53,7 +53,7 @@ use crate::profibus::fdl::telegram::{Decoded, decode};
 use crate::profibus::fdl::{Address, Function, Telegram};
 use crate::time::{BaudRate, Instant};
 use control::Control;
-use cycle::Cycle;
+use cycle::{Bad, Cycle, Item};
 use recent::Recent;
 use timing::Timing;
 use token::Ring;
@@ -85,6 +85,8 @@ pub(super) struct Observer {
     recent: Recent,
     /// The address of the master, once it is known.
     master: Option<Address>,
+    /// The first station that it asked: a cycle begins there.
+    first_asked: Option<Address>,
     open: Option<Cycle>,
     views: BTreeMap<u8, View>,
     /// Addresses that are asked and not configured.
@@ -122,6 +124,7 @@ impl Observer {
             figures: Figures::default(),
             trouble: None,
             recent: Recent::default(),
+            first_asked: None,
             open: None,
             views: BTreeMap::new(),
             strangers: BTreeSet::new(),
@@ -269,6 +272,12 @@ impl Observer {
 
     fn station_sent(&mut self, moment: &Moment) {
         let side = Side::Station(self.open.as_ref().map(|open| open.to));
+        // Two at once: what the master hears of them nobody knows.
+        if self.timing.is_heard_at(moment.at)
+            && let Some(open) = &mut self.open
+        {
+            open.items.insert(0, Item::Bad(Bad::Noise));
+        }
         for octets in split(&moment.octets) {
             let shown = Moment { side, octets: octets.to_vec(), ..*moment };
             if let Some(open) = &mut self.open {

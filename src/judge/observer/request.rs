@@ -55,6 +55,7 @@ impl Observer {
         if !self.setup.stations.is_empty() {
             self.held(Row::U12);
         }
+        self.first_asked.get_or_insert(station);
         self.judge_rotation(cycle.serial);
         self.judge_new_begin(&cycle);
         self.note_request(&cycle);

@@ -5,6 +5,7 @@ use core::time::Duration;
 use super::Observer;
 use super::Sight;
 use super::cycle::{Bad, Cycle, Item};
+use super::view::View;
 use crate::judge::findings::Weight;
 use crate::judge::rows::Row;
 use crate::judge::setup::Slave;
@@ -80,6 +81,11 @@ impl Timing {
         self.away
     }
 
+    /// Whether a station still sends.
+    pub(super) fn is_heard_at(&self, now: Instant) -> bool {
+        self.stations_until.is_some_and(|until| now < until)
+    }
+
     /// A station has sent; `asked`: the master waited for a reply.
     pub(super) fn heard(&mut self, end: Instant, asked: bool) {
         self.idle_since = Some(end);
@@ -127,7 +133,10 @@ impl Observer {
                 self.judge_held_back(to, end, answered, foreign, after_double);
                 let until = self.timing.stations_until.unwrap_or(at);
                 if !self.held_back && !doubled && !foreign {
-                    self.view(to).pause = at.saturating_since(until);
+                    let pause = at.saturating_since(until);
+                    let view = self.view(to);
+                    view.pause = pause;
+                    view.longest_pause = view.longest_pause.max(pause);
                 }
             }
             return;
@@ -192,7 +201,7 @@ impl Observer {
             );
             self.broken(Row::T03, Weight::Times(2), from, None, reason);
         } else if !is_within {
-            self.judge_patience(from, to, waited, slot);
+            self.judge_patience(from, to, waited, slot, octets);
         }
     }
 
@@ -267,30 +276,52 @@ impl Observer {
         }
     }
 
-    /// A request was not answered: how soon the master goes on.
-    fn judge_patience(&mut self, from: u64, to: Address, waited: Duration, slot: Duration) {
-        let absent = self.setup.slave(to).is_some_and(|slave| slave.absent);
-        let known = self.setup.slave(to).is_some();
-        // Some masters pause between two cycles.
-        let too_long = waited > slot * MOST_SLOTS && waited > slot + PAUSE;
-        let rows: &[Row] = match (absent, known) {
-            (true, _) => &[Row::I03],
-            (false, true) => &[Row::T04],
-            (false, false) => return,
-        };
+    /// A request was not answered: how soon the master goes on with the telegram `next`.
+    fn judge_patience(&mut self, from: u64, to: Address, waited: Duration, slot: Duration, next: &[u8]) {
+        let Some(absent) = self.setup.slave(to).map(|slave| slave.absent) else { return };
+        let row = if absent { Row::I03 } else { Row::T04 };
         self.held(Row::T02);
-        for row in rows {
-            if too_long {
-                let reason = format!(
-                    "{} us of silence after a request to {to} without reply; the slot time is {} us",
-                    waited.as_micros(),
-                    slot.as_micros()
-                );
-                self.broken(*row, Weight::Share(3, 500), from, None, reason);
-            } else {
-                self.held(*row);
-            }
+        // Some masters pause between two cycles, and some behind each station.
+        let pause = self.longest_pause(to, absent).max(PAUSE);
+        if waited <= slot * MOST_SLOTS || waited <= slot + pause {
+            self.held(row);
+            return;
         }
+        // A station that never answers hides how long the pause is behind it.
+        if absent && !self.goes_on_behind(to, next) {
+            let reason = format!(
+                "{} us of silence after a request to {to}, which may be the pause between two cycles; give a station with \
+                 a higher address",
+                waited.as_micros()
+            );
+            self.findings.default_missed(row, &reason);
+            return;
+        }
+        let reason = format!(
+            "{} us of silence after a request to {to} without reply; the slot time is {} us",
+            waited.as_micros(),
+            slot.as_micros()
+        );
+        self.broken(row, Weight::Share(3, 500), from, None, reason);
+    }
+
+    /// The longest pause behind a good reply: of this station, or of any if it never answers.
+    fn longest_pause(&self, station: Address, absent: bool) -> Duration {
+        let of = |(number, view): (&u8, &View)| {
+            (absent || *number == station.number()).then_some(view.longest_pause)
+        };
+        self.views.iter().filter_map(of).max().unwrap_or_default()
+    }
+
+    /// Whether a telegram belongs to the cycle in which a station was asked: it asks one of a higher address, which is not
+    /// the first one of a cycle.
+    fn goes_on_behind(&self, station: Address, next: &[u8]) -> bool {
+        let Decoded::Telegram { telegram: Telegram::Data(next), .. } = decode(next) else {
+            return false;
+        };
+        // A recording may begin in the middle of a cycle.
+        let is_first = self.sight == Sight::Recorded || self.first_asked == Some(next.da);
+        next.da > station && self.setup.slave(next.da).is_some() && !is_first
     }
 
     /// Virtual time: T_SYN, T_ID1 and T_ID2 to the bit.

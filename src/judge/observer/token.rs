@@ -38,7 +38,7 @@ pub(super) struct Ring {
     /// Another master is played, or about to be: the GAP is another one.
     is_shared: bool,
     /// What the search in the GAP left out before that.
-    left_out: Option<u8>,
+    left_out: Search,
     /// An FDL status of the GAP was asked for since the last token.
     has_asked: bool,
     /// Rotations without one since the first, while the master was alone.
@@ -52,12 +52,31 @@ const LONGEST_ROTATION: u32 = 100;
 const ROTATION_TIME: Duration = Duration::from_secs(3);
 /// So many tokens must bring a GAP poll: the GAP factor is at most 100.
 const MANY_TOKENS: u32 = 500;
+/// Why a row about what is left out has no verdict.
+const NOT_ROUND: &str = "the master was not round its GAP twice";
 /// The highest address of a master.
 const HIGHEST: u8 = 125;
 /// Steps at least before the order of the GAP is judged.
 const LEAST_STEPS: usize = 4;
 
+/// What is known of the search in the whole GAP, with the master alone in its ring.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Search {
+    /// It was not round twice.
+    #[default]
+    Unknown,
+    /// Every address was asked.
+    Complete,
+    /// This one is never asked.
+    LeavesOut(u8),
+}
+
 impl Ring {
+    /// Whether the search in the GAP was round twice, so that what it left out it leaves out.
+    const fn is_round(&self) -> bool {
+        self.turns >= 2
+    }
+
     pub(super) const fn seen(&self) -> bool {
         self.tokens > 0
     }
@@ -126,16 +145,21 @@ impl Observer {
         self.ring.seen() && follows
     }
 
-    /// Addresses that the search in the GAP leaves out, though it was round twice.
-    fn left_out(&self) -> Option<u8> {
-        let top = self.setup.hsa.map(Address::number).or(self.ring.asked.last().copied())?;
-        let own = self.master?.number();
+    /// What the search in the GAP leaves out, once it was round twice.
+    fn left_out(&self) -> Search {
+        let top = self.setup.hsa.map(Address::number).or(self.ring.asked.last().copied());
+        let (Some(top), Some(own)) = (top, self.master.map(Address::number)) else {
+            return Search::Unknown;
+        };
         let alone = self.ring.next == Some(own) && self.ring.ready.is_empty();
+        if !alone || !self.ring.is_round() {
+            return Search::Unknown;
+        }
         let configured =
             |number: u8| self.setup.stations.iter().any(|slave| slave.address.number() == number);
         let expected =
             |number: &u8| *number != own && !self.ring.asked.contains(number) && !configured(*number);
-        (0..top).find(expected).filter(|_| alone && self.ring.turns >= 2)
+        (0..top).find(expected).map_or(Search::Complete, Search::LeavesOut)
     }
 
     /// An FDL status request.
@@ -249,6 +273,13 @@ impl Observer {
         if next > master { number > master && number < next } else { number > master || number < next }
     }
 
+    /// Whether each address up to the highest one is that of the master or of a configured station.
+    fn is_gap_configured(&self, hsa: Address) -> bool {
+        let stations = self.setup.stations.iter().map(|slave| slave.address).chain(self.master);
+        let configured: BTreeSet<u8> = stations.map(Address::number).collect();
+        (0..=hsa.number()).all(|number| configured.contains(&number))
+    }
+
     /// Whether the GAP may be this address alone: then it is asked once in each GAP cycle.
     fn may_be_alone(&self, address: Address) -> bool {
         let (Some(master), Some(next)) = (self.master, self.ring.next) else { return true };
@@ -270,7 +301,7 @@ impl Observer {
         {
             *was = answered;
         }
-        if !cycle.items.iter().any(|item| matches!(item, Item::Status(_))) {
+        if !cycle.items.iter().any(|item| matches!(item, Item::Status(_) | Item::Data { .. })) {
             return;
         }
         let reply = self.recent.backwards().find_map(|moment| match decode(&moment.octets) {
@@ -312,9 +343,12 @@ impl Observer {
                     "does not apply: with a GAP factor of 1 an address may be asked in every rotation";
                 self.findings.obstacle(Row::K05, reason);
             }
-            Some(_) if self.ring.turns < 2 => {
-                self.findings.default_missed(Row::K05, "the master was not round its GAP twice");
+            Some(_) if self.setup.hsa.is_some_and(|hsa| self.is_gap_configured(hsa)) => {
+                let reason = "does not apply: every address of the GAP is one of a configured station, and when one of \
+                              these is asked tells nothing of the GAP factor";
+                self.findings.obstacle(Row::K05, reason);
             }
+            Some(_) if !self.ring.is_round() => self.findings.default_missed(Row::K05, NOT_ROUND),
             Some(factor) if self.ring.quiet < self.ring.turns => {
                 let reason = format!(
                     "an address of the GAP is asked in every rotation, and the GAP factor is {factor}"
@@ -362,11 +396,20 @@ impl Observer {
                 steps.len()
             );
             self.broken(Row::K04, Weight::Once, self.recent.newest().saturating_sub(16), None, reason);
-        } else if let Some(number) = self.ring.left_out.or_else(|| self.left_out()) {
-            let reason = format!("address {number} of the GAP is never asked");
-            self.broken(Row::K04, Weight::Once, self.recent.newest().saturating_sub(16), None, reason);
-        } else if self.setup.hsa.is_some() || distinct > 2 {
-            self.held(Row::K04);
+            return;
+        }
+        let search = match self.ring.left_out {
+            Search::Unknown => self.left_out(),
+            Search::Complete | Search::LeavesOut(_) => self.ring.left_out,
+        };
+        match search {
+            Search::Unknown => self.findings.default_missed(Row::K04, NOT_ROUND),
+            Search::LeavesOut(number) => {
+                let reason = format!("address {number} of the GAP is never asked");
+                self.broken(Row::K04, Weight::Once, self.recent.newest().saturating_sub(16), None, reason);
+            }
+            Search::Complete if self.setup.hsa.is_some() || distinct > 2 => self.held(Row::K04),
+            Search::Complete => {}
         }
     }
 }

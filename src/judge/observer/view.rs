@@ -64,6 +64,8 @@ pub(super) struct View {
     pub(super) asks: u32,
     /// How long the master is silent behind a good reply, before its next telegram.
     pub(super) pause: Duration,
+    /// The longest of these pauses.
+    pub(super) longest_pause: Duration,
     /// How long that request was, in octets.
     pub(super) asked_len: usize,
     /// The last Data_Exchange request, if nothing else was asked since.

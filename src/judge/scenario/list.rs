@@ -170,7 +170,8 @@ fn waiting() -> Vec<Scenario> {
             &[Row::E10],
             &[
                 "no-reply,count=RETRIES,station=S,service=Data_Exchange",
-                "late=1.25slot,at=LAST,count=1,station=S,service=Data_Exchange",
+                // The first one that is not lost.
+                "late=1.25slot,count=1,station=S,service=Data_Exchange",
                 "late=0.5slot,count=6,station=O,service=Data_Exchange",
             ],
         )

@@ -23,6 +23,8 @@ pub(crate) enum Habit {
     ControlsEachCycle,
     /// Pauses of all lengths up to four times the usual one.
     Jitters,
+    /// A pause behind each station, too.
+    PausesEach,
     /// CLEAR for so many cycles.
     ClearFor(u32),
     /// A station that does not answer is asked again in each cycle of this number.
@@ -63,6 +65,14 @@ impl TestMaster {
         let quarters =
             if self.has(Habit::Jitters) { self.cycles.wrapping_mul(2_654_435_761) >> 28 } else { 4 };
         self.settings.pause * quarters / 4
+    }
+
+    /// Whether it pauses now, before it asks the next station.
+    pub(super) fn rests_before(&mut self, turn: usize) -> bool {
+        let place = (self.cycles, turn);
+        let rests = self.has(Habit::PausesEach) && turn > 0 && self.rested != place;
+        self.rested = place;
+        rests && self.slaves[turn].open.is_none()
     }
 
     pub(super) fn data_service(&self) -> Service {

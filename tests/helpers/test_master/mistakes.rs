@@ -71,7 +71,7 @@ mistakes! {
     /// min T_SDR of 5.
     ShortTsdr ["M-P06"]
     /// min T_SDR above max T_SDR of the slaves.
-    LongTsdr ["M-P06"]
+    LongTsdr ["M-P06", "M-C05"]
     /// One octet of user parameters too many.
     LongPrm ["M-P07"]
     /// Other user parameters.
@@ -137,7 +137,7 @@ mistakes! {
     /// Slave_Diag without SSAP.
     NoSsap ["M-F06"]
     /// Data_Exchange with SAPs.
-    SapsForData ["M-F06"]
+    SapsForData ["M-F06", "M-D06", "M-D08", "M-L04"]
     /// A telegram with another source address.
     OtherSource ["M-F04"]
     /// FDL status of its own address.
@@ -147,13 +147,13 @@ mistakes! {
     /// FCB = 1 in FDL status.
     CountedPoll ["M-C09"]
     /// The token to a slave.
-    TokenToSlave ["M-K02"]
+    TokenToSlave ["M-K02", "M-K08"]
     /// A GAP address that did not answer is asked again.
     GapRepeats ["M-K06"]
     /// Two GAP addresses between two tokens.
     GapTwice ["M-K03", "M-K04"]
     /// GAP addresses in falling order.
-    GapFalls ["M-K04"]
+    GapFalls ["M-K04", "M-R02"]
     /// A GAP address above HSA.
     GapAboveHsa ["M-K04", "M-K06"]
     /// Global_Control of three octets.
@@ -213,7 +213,7 @@ mistakes! {
     /// A slave without owner, or not ready, goes on while data are exchanged.
     IgnoresNoOwner ["M-D15"]
     /// A lost slave is not started anew.
-    NoStartUp ["M-L02"]
+    NoStartUp ["M-L02", "M-D02", "M-D15"]
     /// A slave that another master has taken is taken back.
     TakesBack ["M-L05", "M-D07"]
     /// What there is of a reply that was cut off is taken.
@@ -281,7 +281,7 @@ mistakes! {
     /// One of 32 stations is never asked.
     FewStations ["M-I06"]
     /// A station that is not there costs more than the watchdog time of the others.
-    SleepsForAbsent ["M-I07", "M-T08", "M-I03"]
+    SleepsForAbsent ["M-I07", "M-T08", "M-I03", "M-I05"]
     /// One of class 2 parameterises a slave of another master. Seen only of such a one: tests/judge/class_two.rs.
     TakesOver []
     // These need somebody who operates the master: `ASKED` in tests/judge/operated.rs names their rows.
@@ -352,7 +352,7 @@ mistakes! {
     /// It stays in the ring when another one has its address.
     StaysDespiteDouble ["M-R06"]
     /// It never claims a token that was lost.
-    NeverClaims ["M-R07"]
+    NeverClaims ["M-R07", "M-R06"]
     /// T_TR is ignored.
     HoldsLong ["M-R08"]
     /// A slave that another master reads is started anew.

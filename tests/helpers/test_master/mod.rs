@@ -130,6 +130,8 @@ pub(crate) struct TestMaster {
     ring: Ring,
     common: bool,
     waits: Option<Wait>,
+    /// The cycle and the turn before which it has rested last.
+    rested: (u32, usize),
     /// Not before.
     next: Instant,
     heard: Vec<u8>,
@@ -200,6 +202,7 @@ impl TestMaster {
             beside: beside.into(),
             common: false,
             waits: None,
+            rested: (0, 0),
             heard: Vec::new(),
             sent: 0,
             extras: 0,
@@ -288,6 +291,10 @@ impl TestMaster {
             return Some(self.control(control, groups));
         }
         let turn = self.turn;
+        if self.rests_before(turn) {
+            self.next = now + self.usual_pause();
+            return None;
+        }
         let mistake = self.mistake;
         let slave = &mut self.slaves[turn];
         slave.turns += 1;
