@@ -44,17 +44,18 @@ const NOISE_PAUSE: Duration = Duration::from_secs(1);
 /// Runs what the arguments ask for, until SIGINT, SIGTERM, or SIGHUP, which comes when the window of its terminal is
 /// closed.
 pub(crate) fn emulate(args: Emulate) -> Result<(), Failure> {
-    let end_with_stdin = args.end_with_stdin;
-    let plan = match &args.line {
-        Some(file) => {
-            let plan = line_file::read(file)?;
-            if args.check_only {
-                return line_file::say(file, &plan.lines);
-            }
-            plan
+    let (check_only, end_with_stdin) = (args.check_only, args.end_with_stdin);
+    let (source, plan) = match &args.line {
+        Some(file) => (file.display().to_string(), line_file::read(file)?),
+        None => {
+            let plan = LinesPlan { metrics: args.metrics(), lines: vec![LinePlan::of_flags(args)?] };
+            ("command line".into(), plan)
         }
-        None => LinesPlan { metrics: args.metrics(), lines: vec![LinePlan::of_flags(args)?] },
     };
+    if check_only {
+        plan.lines.iter().try_for_each(|line| nodes::check(&line.args))?;
+        return line_file::say(&source, &plan.lines);
+    }
     lines::run(plan, end_with_stdin)
 }
 

@@ -157,6 +157,26 @@ fn the_ready_line_names_the_link_and_the_drives_and_both_signals_end_with_0() {
     }
 }
 
+#[test]
+fn what_the_options_say_is_checked_without_a_line() {
+    for (arguments, says) in [
+        (&["--drive", "5", "--drive", "6"][..], "command line line 1: 2 drives, 0 stations"),
+        (&["--node", "5,eds=tests/eds/pump.eds"], "1 nodes, 0 faults"),
+    ] {
+        let outcome = output(&[&["emulate", "--check"], arguments].concat());
+        let (said, wrong) =
+            (String::from_utf8(outcome.stdout).unwrap(), String::from_utf8(outcome.stderr).unwrap());
+        assert_eq!((outcome.status.code(), wrong.as_str()), (Some(0), ""), "{arguments:?}");
+        assert!(said.contains(says), "{said}");
+    }
+    for arguments in
+        [["--node", "5,eds=Cargo.toml"], ["--station", "7,gsd=README.md"], ["--drive", "5,gear=7"]]
+    {
+        let outcome = output(&[&["emulate", "--check"][..], &arguments].concat());
+        assert_eq!(outcome.status.code(), Some(2), "{arguments:?}");
+    }
+}
+
 /// Also a file of several lines, and nodes.
 #[test]
 fn it_ends_with_its_standard_input_if_it_is_asked_to() {

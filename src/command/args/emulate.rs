@@ -51,8 +51,8 @@ pub(crate) struct Emulate {
     )]
     pub(crate) line: Option<PathBuf>,
 
-    /// Reads the file of --line and all files that it names, says what is in them, and opens nothing
-    #[arg(long = "check", requires = "line")]
+    /// Reads the file of --line, or what the other options say, and all files that are named, says what is there, and opens nothing
+    #[arg(long = "check")]
     pub(crate) check_only: bool,
 
     #[arg(

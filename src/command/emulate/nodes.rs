@@ -41,8 +41,8 @@ pub(super) fn emulate(
     faults: &[Rule],
     start: &Start,
 ) -> Result<(), Failure> {
-    // Read before anything else begins.
-    args.nodes().iter().try_for_each(|spec| signals(spec).map(drop))?;
+    // Before anything else begins.
+    check(args)?;
     // Before the link is made, so that no signal ends the process with the link left behind.
     let signals = Signals::register().map_err(|error| Failure::from_error(&error))?;
     start.ends_with(&signals);
@@ -136,6 +136,14 @@ pub(super) fn emulate(
     outcome.map_err(|error| Failure::from_error(&error))?;
     info!("ended by a signal");
     Ok(())
+}
+
+/// Reads what the nodes name.
+pub(super) fn check(args: &Emulate) -> Result<(), Failure> {
+    args.nodes().iter().try_for_each(|spec| {
+        args.choose_quirks(&mut spec.clone()).map_err(Failure::Usage)?;
+        signals(spec).map(drop)
+    })
 }
 
 fn signals(spec: &Spec) -> Result<Vec<NodeSignal>, Failure> {

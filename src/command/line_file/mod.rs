@@ -92,8 +92,8 @@ fn alone(lines: &[At<LineTable>]) -> Result<(), Wrong> {
     Ok(())
 }
 
-/// Says what is in a file.
-pub(crate) fn say(file: &Path, plans: &[LinePlan]) -> Result<(), Failure> {
+/// Says what is in the lines of `source`.
+pub(crate) fn say(source: &str, plans: &[LinePlan]) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     let said = plans.iter().zip(1..).try_for_each(|(plan, number)| {
         let LinePlan { args, slaves, faults } = plan;
@@ -104,9 +104,8 @@ pub(crate) fn say(file: &Path, plans: &[LinePlan]) -> Result<(), Failure> {
         let drives = slaves.len() - stations;
         writeln!(
             out,
-            "{} line {number}: {drives} drives, {stations} stations with {inputs} moving inputs, {nodes} nodes, {faults} \
-             faults",
-            file.display()
+            "{source} line {number}: {drives} drives, {stations} stations with {inputs} moving inputs, {nodes} nodes, {faults} \
+             faults"
         )
     });
     said.map_err(|error| Failure::from_error(&error))
