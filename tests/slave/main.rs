@@ -92,6 +92,8 @@ mod file_drive;
 #[cfg(feature = "std")]
 #[path = "../helpers/file_node.rs"]
 mod file_node;
+#[cfg(feature = "std")]
+mod function_blocks;
 mod fuzz_corpus;
 mod generic_slave;
 mod gsd;

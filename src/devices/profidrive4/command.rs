@@ -18,6 +18,73 @@ pub struct Command {
 pub enum Setpoint {
     /// Turn with this speed: 1 is the reference speed.
     Speed(f64),
+    /// Position the axis. Bits 4 to 6 of STW1 are: no rejection of the task, no intermediate stop, begin (edge).
+    Position(Task),
+}
+
+/// What a positioning drive shall do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Task {
+    /// Reference the axis: begins with the edge, ends when it goes.
+    pub home: bool,
+    /// The edge takes the next traversing block.
+    pub change_block: bool,
+    /// The edge makes the position that of the reference.
+    pub set_reference: bool,
+    /// The axis is on the reference cam.
+    pub cam: bool,
+    /// The setpoint follows the shaft.
+    pub track: bool,
+    /// Jogging goes a way, not on and on.
+    pub incremental: bool,
+    /// The software limits hold.
+    pub software_limits: bool,
+    /// The number of the traversing block.
+    pub block: u8,
+    /// The master's own target, in place of a block.
+    pub mdi: Option<Mdi>,
+    /// The part of each velocity, 1 is all of it.
+    pub velocity_part: f64,
+}
+
+impl Default for Task {
+    fn default() -> Self {
+        Self {
+            home: false,
+            change_block: false,
+            set_reference: false,
+            cam: false,
+            track: false,
+            incremental: false,
+            software_limits: false,
+            block: 0,
+            mdi: None,
+            velocity_part: 1.0,
+        }
+    }
+}
+
+/// The master's own target.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Mdi {
+    /// Its position counts from the reference.
+    pub absolute: bool,
+    /// Setting up goes forward.
+    pub forward: bool,
+    /// Setting up goes backward.
+    pub backward: bool,
+    /// Set up: go on and on.
+    pub set_up: bool,
+    /// A change is taken over at once.
+    pub continuous: bool,
+    /// LU.
+    pub target: i32,
+    /// 1000 LU/min.
+    pub velocity: f64,
+    /// The part of the most acceleration.
+    pub acceleration: f64,
+    /// The part of the most deceleration.
+    pub deceleration: f64,
 }
 
 impl Default for Setpoint {

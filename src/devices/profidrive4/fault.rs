@@ -72,6 +72,10 @@ faults! {
     Blocked = 3: "blocked", "the torque is at its limit and the shaft stands", Coast;
     MainCircuit = 4: "main-circuit", "the main circuit lost its supply while the drive was switched on", Coast;
     SignOfLife = 5: "sign-of-life", "the sign of life of the master (STW2 bits 12 to 15) failed", QuickStop;
+    FollowingError = 6: "following-error", "the shaft does not follow its position setpoint", QuickStop;
+    LimitSwitch = 7: "limit-switch", "the axis ran into a limit switch", QuickStop;
+    Homing = 8: "homing", "referencing found no switch where it should be", QuickStop;
+    Block = 9: "block", "a traversing block has a task that this drive does not do", QuickStop;
 }
 
 impl Fault {

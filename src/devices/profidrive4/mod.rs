@@ -5,6 +5,7 @@
 //!
 //! | file | holds |
 //! | --- | --- |
+//! | `axis`, `block` | positioning: jogging, referencing, MDI, traversing blocks |
 //! | `command` | [`Command`]: what a master commands |
 //! | `encoder` | [`Encoder`]: actual values of the position, as an encoder gives them |
 //! | `event` | [`Event`]: news of the drive |
@@ -31,6 +32,8 @@
 //! assert!((drive.status().speed - 1500.0).abs() < 1.0);
 //! ```
 
+mod axis;
+mod block;
 mod command;
 mod encoder;
 mod event;
@@ -41,11 +44,15 @@ mod speed;
 
 use heapless::Deque;
 
-pub use command::{Command, Setpoint};
+pub use axis::{AxisStatus, Origin};
+pub use command::{Command, Mdi, Setpoint, Task};
 pub use encoder::{Encoder, EncoderCommand, EncoderStatus};
 pub use event::Event;
 pub use fault::{Fault, Occurrence, Reaction, Warnings};
 pub use setting::{Setting, SettingKind, Settings};
+
+use axis::Axis;
+pub(crate) use block::{BlockField, Blocks};
 
 use crate::devices::ppo_drive::{self, FaultBuffer, Off, State};
 use crate::devices::servo::inputs::Inputs;
@@ -83,6 +90,8 @@ pub struct Drive {
     faulted: bool,
     warnings: Warnings,
     encoder: Encoder,
+    axis: Axis,
+    blocks: Blocks,
     /// How many steps the shaft stands at the limit of the torque.
     blocked: u32,
     began: Instant,
@@ -147,6 +156,8 @@ impl Drive {
             faulted: false,
             warnings: Warnings::default(),
             encoder: Encoder::default(),
+            axis: Axis::default(),
+            blocks: Blocks::default(),
             blocked: 0,
             began: now,
             now,
@@ -156,9 +167,9 @@ impl Drive {
     }
 
     /// The same drive switched off and on again, with these settings: the shaft stays where it is and turns on.
-    pub(crate) fn restart(&mut self, now: Instant, settings: Settings) {
-        let Self { inputs, plant, .. } = core::mem::replace(self, Self::new(now));
-        (self.inputs, self.plant, self.settings) = (inputs, plant, settings);
+    pub(crate) fn restart(&mut self, now: Instant) {
+        let Self { inputs, plant, settings, blocks, .. } = core::mem::replace(self, Self::new(now));
+        (self.inputs, self.plant, self.settings, self.blocks) = (inputs, plant, settings, blocks);
         self.demand = Demand { position: self.plant.position, velocity: self.plant.velocity };
     }
 
@@ -196,6 +207,16 @@ impl Drive {
     pub(crate) const fn settings_mut(&mut self) -> &mut Settings {
         self.at_rest = false;
         &mut self.settings
+    }
+
+    /// Its traversing blocks.
+    pub(crate) const fn blocks(&self) -> &Blocks {
+        &self.blocks
+    }
+
+    /// Its traversing blocks, to be changed.
+    pub(crate) const fn blocks_mut(&mut self) -> &mut Blocks {
+        &mut self.blocks
     }
 
     /// What is around it.
@@ -312,10 +333,15 @@ impl Drive {
         let from = self.demand.position;
         match self.state {
             State::Operation => match command.setpoint {
-                Setpoint::Speed(speed) => self.follow_speed(&command.control, speed),
+                Setpoint::Speed(speed) => {
+                    self.give_up();
+                    self.follow_speed(&command.control, speed);
+                }
+                Setpoint::Position(task) => self.follow_task(&command.control, &task),
             },
             State::SwitchingOff(off) => {
                 self.jog = None;
+                self.give_up();
                 self.brake(match off {
                     Off::Off1 => Setting::RampDown,
                     Off::Off3 => Setting::QuickStop,
@@ -323,6 +349,7 @@ impl Drive {
             }
             State::SwitchingOnInhibited | State::ReadyToSwitchOn | State::Ready | State::Fault => {
                 self.jog = None;
+                self.give_up();
                 // Caught at the speed it has when it is supplied again.
                 self.demand = Demand { position: self.plant.position, velocity: self.plant.velocity };
                 return plant::Drive::Free;

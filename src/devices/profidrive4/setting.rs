@@ -85,6 +85,30 @@ settings! {
     ComparisonSpeed = 2141: "Comparison speed", "rpm", Float, 0.0, 210_000.0, 2990.0;
     /// Within it bit 8 of ZSW1 is set.
     ToleratedDeviation = 2163: "Tolerated deviation of the speed", "rpm", Float, 0.0, 210_000.0, 90.0;
+    /// Positions are counted in LU.
+    LuPerRevolution = 2506: "LU per revolution", "LU", Double, 1.0, 2_147_483_647.0, 10_000.0;
+    /// Shaft and target agree within it.
+    Window = 2544: "Positioning window", "LU", Double, 0.0, 2_147_483_647.0, 40.0;
+    /// More is a fault; 0: it is not watched.
+    FollowingError = 2546: "Most following error", "LU", Double, 0.0, 2_147_483_647.0, 1000.0;
+    MaxVelocity = 2571: "Maximum velocity", "1000 LU/min", Double, 1.0, 40_000_000.0, 30_000.0;
+    MaxAcceleration = 2572: "Maximum acceleration", "1000 LU/s²", Double, 1.0, 2_000_000.0, 1000.0;
+    MaxDeceleration = 2573: "Maximum deceleration", "1000 LU/s²", Double, 1.0, 2_000_000.0, 1000.0;
+    LimitMinus = 2580: "Software limit minus", "LU", Signed, -2_147_482_648.0, 2_147_482_647.0, -2_147_482_648.0;
+    LimitPlus = 2581: "Software limit plus", "LU", Signed, -2_147_482_648.0, 2_147_482_647.0, 2_147_482_647.0;
+    /// 1: the software limits hold once the position has a reference.
+    LimitsOn = 2582: "Software limits on", "", Word, 0.0, 1.0, 0.0;
+    JogVelocity1 = 2585: "Jog 1 velocity", "1000 LU/min", Signed, -40_000_000.0, 40_000_000.0, -300.0;
+    JogVelocity2 = 2586: "Jog 2 velocity", "1000 LU/min", Signed, -40_000_000.0, 40_000_000.0, 300.0;
+    JogWay1 = 2587: "Jog 1 way", "LU", Double, 0.0, 2_147_482_647.0, 1000.0;
+    JogWay2 = 2588: "Jog 2 way", "LU", Double, 0.0, 2_147_482_647.0, 1000.0;
+    ReferencePosition = 2599: "Reference position", "LU", Signed, -2_147_482_648.0, 2_147_482_647.0, 0.0;
+    /// 1: referencing begins backward.
+    HomingBackward = 2604: "Referencing backward", "", Word, 0.0, 1.0, 0.0;
+    HomingVelocity = 2605: "Velocity to the reference cam", "1000 LU/min", Double, 1.0, 40_000_000.0, 5000.0;
+    /// 0: referencing looks for the zero mark alone.
+    HomingCam = 2607: "Reference cam", "", Word, 0.0, 1.0, 1.0;
+    ZeroMarkVelocity = 2608: "Velocity to the zero mark", "1000 LU/min", Double, 1.0, 40_000_000.0, 300.0;
     /// 65535: the sign of life is not watched.
     SignOfLifeFailures = 925: "Sign-of-life failures tolerated", "", Word, 0.0, 65535.0, 65535.0;
 }
@@ -96,7 +120,7 @@ impl Setting {
 
     /// Whether it can be changed at standstill only: all that is counted in it would jump.
     pub const fn wants_standstill(self) -> bool {
-        matches!(self, Self::ReferenceSpeed)
+        matches!(self, Self::ReferenceSpeed | Self::LuPerRevolution)
     }
 }
 

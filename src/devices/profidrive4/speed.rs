@@ -91,7 +91,7 @@ impl Drive {
 
     /// Whether the ramp generator has nothing to do.
     pub(super) fn ramp_is_done(&self) -> bool {
-        let Setpoint::Speed(part) = self.command.setpoint;
+        let Setpoint::Speed(part) = self.command.setpoint else { return self.axis_rests() };
         let control = &self.command.control;
         if !self.state.is_supplied() {
             return true;

@@ -2,6 +2,8 @@
 
 use super::*;
 
+mod axis;
+
 struct Rig {
     drive: Drive,
     millis: u64,

@@ -67,7 +67,14 @@ impl<A: Application> Surroundings for ProfidriveDevice<TelegramOnly<A>> {
             let provoked = match fault {
                 Fault::MainCircuit => !inputs.main_circuit,
                 Fault::Blocked => inputs.blocked,
-                Fault::Communication | Fault::Overload | Fault::SignOfLife | Fault::Raised(_) => false,
+                Fault::LimitSwitch => inputs.pressed.negative_limit || inputs.pressed.positive_limit,
+                Fault::Communication
+                | Fault::Overload
+                | Fault::SignOfLife
+                | Fault::FollowingError
+                | Fault::Homing
+                | Fault::Block
+                | Fault::Raised(_) => false,
             };
             tell(Provocable { name: &fault.name(), text: &fault.words(), present, provoked });
         }
@@ -86,7 +93,14 @@ impl<A: Application> Surroundings for ProfidriveDevice<TelegramOnly<A>> {
             Fault::MainCircuit => inputs.main_circuit = true,
             Fault::Blocked => inputs.blocked = false,
             // They have no cause that stays.
-            Fault::Communication | Fault::Overload | Fault::SignOfLife | Fault::Raised(_) => {}
+            Fault::LimitSwitch => inputs.pressed = Inputs::NOMINAL.pressed,
+            Fault::Communication
+            | Fault::Overload
+            | Fault::SignOfLife
+            | Fault::FollowingError
+            | Fault::Homing
+            | Fault::Block
+            | Fault::Raised(_) => {}
         }
         self.cycles.wake(now);
         Ok(())
@@ -169,10 +183,23 @@ impl<A: Application + 'static> Description for ProfidriveDevice<TelegramOnly<A>>
             Value::new(key, name, Group::Motion, Amount::Number(tenths(number))).unit(unit)
         };
         let reference = settings.of(Setting::ReferenceSpeed);
-        let Setpoint::Speed(setpoint) = self.drive().command().setpoint;
         tell(value("speed", "Speed", "rpm", status.speed).digits(0).curve(Curve::Own).headline());
-        let setpoint = value("setpoint", "Setpoint", "rpm", setpoint * reference).digits(0);
-        tell(setpoint.curve(Curve::SetpointOf("speed")).headline());
+        match self.drive().command().setpoint {
+            Setpoint::Speed(setpoint) => {
+                let setpoint = value("setpoint", "Setpoint", "rpm", setpoint * reference).digits(0);
+                tell(setpoint.curve(Curve::SetpointOf("speed")).headline());
+            }
+            Setpoint::Position(_) => {
+                let axis = self.drive().axis();
+                tell(
+                    value("position", "Position", "LU", axis.position).digits(0).curve(Curve::Own).headline(),
+                );
+                let target = Value::new("target", "Target", Group::Motion, Amount::from(axis.target));
+                tell(target.unit("LU").digits(0).curve(Curve::SetpointOf("position")));
+                let referenced = Amount::Flag(axis.referenced);
+                tell(Value::new("referenced", "Position has a reference", Group::Motion, referenced));
+            }
+        }
         tell(value("ramp", "Ramp generator", "rpm", status.demand).digits(0));
         tell(value("reference", "Reference speed", "rpm", reference).digits(0));
         let turns = self.drive().shaft() / crate::devices::servo::plant::INCREMENTS_PER_REVOLUTION;

@@ -40,7 +40,7 @@ impl DeviceEvent for Event {
     fn kind(&self) -> EventKind {
         match self {
             Self::Drive(profidrive4::Event::Fault(_)) => EventKind::Fault,
-            Self::Drive(profidrive4::Event::JogRefused) => EventKind::CommandRefused,
+            Self::Drive(event) if event.is_refusal() => EventKind::CommandRefused,
             Self::Drive(_) => EventKind::Drive,
             Self::Changed { .. } | Self::Stored | Self::NotStored => EventKind::Parameter,
             Self::Refused { .. } => EventKind::JobRefused,

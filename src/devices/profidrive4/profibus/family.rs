@@ -63,6 +63,7 @@ impl Family {
                 let (setting, first) = (*setting, number * entry.scale);
                 self.0.begin_with(setting, first)?;
             }
+            Source::Block(_) => return Err("a traversing block is written by record 47".to_owned()),
             Source::Profile(_) | Source::Actual(_) => return Err("it can only be read".to_owned()),
         }
         Ok(())

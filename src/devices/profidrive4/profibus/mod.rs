@@ -160,7 +160,7 @@ impl<A: Application> ProfidriveDevice<TelegramOnly<A>> {
 
     /// Status word 1 as it is offered to the master.
     pub fn zsw1(&self) -> u16 {
-        words::zsw1(self.telegram(), &self.drive().status())
+        words::zsw1(self.telegram(), self.drive())
     }
 
     fn known(&self) -> Known {
@@ -240,8 +240,7 @@ impl<A: Application> ProfidriveDevice<TelegramOnly<A>> {
     fn reset(&mut self, now: Instant) {
         self.outbox.push(Event::Reset);
         self.parameters.make_new();
-        let settings = self.drive().settings().clone();
-        self.parameters.drive.restart(now, settings);
+        self.parameters.drive.restart(now);
         let stored = core::mem::take(&mut self.stored);
         self.parameters.recall(&self.known(), &stored);
         self.stored = stored;

@@ -82,6 +82,7 @@ impl Parameters {
         for (setting, value) in &self.table.firsts {
             settings.set(*setting, *value);
         }
+        *self.drive.blocks_mut() = Default::default();
         self.table.make_new();
         self.may_change = true;
     }
@@ -132,6 +133,9 @@ impl Parameters {
         match &entry.source {
             Source::Own { values, .. } => values.get(at).copied().unwrap_or_default(),
             Source::Setting(setting) => self.drive.settings().of(*setting) / entry.scale,
+            Source::Block(field) => {
+                self.drive.blocks().0.get(at).map_or(0.0, |block| block.of(*field).into())
+            }
             Source::Actual(actual) => self.actual(*actual) / entry.scale,
             Source::Profile(profile) => self.of_profile(*profile, known, at),
         }
@@ -144,6 +148,7 @@ impl Parameters {
             Actual::Speed => status.speed,
             Actual::Current => status.current,
             Actual::Torque => status.torque,
+            Actual::Position => self.drive.axis().position,
             Actual::Fault => self.drive.standing_faults().next().map_or(0.0, |fault| fault.number.into()),
             Actual::Warning => self.drive.warnings().standing().first().copied().map_or(0.0, Into::into),
         }
@@ -168,7 +173,9 @@ impl Parameters {
             Profile::SystemNumber => f64::from(b"PROFIDRIVE      ".get(at).copied().unwrap_or(b' ')),
             Profile::Telegram => known.telegram.map_or(0.0, |telegram| telegram.number.into()),
             Profile::ParameterRights => self.may_change.into(),
-            Profile::ProcessRights | Profile::Mode => 1.0,
+            Profile::ProcessRights => 1.0,
+            Profile::Mode if known.telegram.is_some_and(Telegram::positions) => 2.0,
+            Profile::Mode => 1.0,
             Profile::FaultMessages => drive.faults().messages().into(),
             Profile::FaultCodes | Profile::FaultNumbers => fault().number.into(),
             Profile::FaultTimes => fault().millis.into(),
@@ -211,7 +218,7 @@ impl Parameters {
         let wants_standstill = match &entry.source {
             Source::Setting(setting) => setting.wants_standstill(),
             Source::Profile(Profile::Reset | Profile::Factory) => true,
-            Source::Profile(_) | Source::Actual(_) | Source::Own { .. } => false,
+            Source::Profile(_) | Source::Block(_) | Source::Actual(_) | Source::Own { .. } => false,
         };
         if wants_standstill && self.drive.status().state.is_switched_on() {
             return Err((NOT_IN_THIS_STATE, 0));
@@ -226,7 +233,7 @@ impl Parameters {
         let of_source = match &entry.source {
             Source::Profile(Profile::FaultSituations) if value != 0.0 => return Err((ONLY_ZERO, element)),
             Source::Setting(setting) => within(value * entry.scale, setting.limits()),
-            Source::Profile(_) | Source::Actual(_) | Source::Own { .. } => true,
+            Source::Profile(_) | Source::Block(_) | Source::Actual(_) | Source::Own { .. } => true,
         };
         // Also what is no number.
         if within(value, (low, high)) && of_source { Ok(()) } else { Err((LIMITS, element)) }
@@ -242,6 +249,13 @@ impl Parameters {
             Source::Setting(setting) => {
                 let (setting, value) = (*setting, value * entry.scale);
                 self.drive.settings_mut().set(setting, value);
+            }
+            Source::Block(field) => {
+                let field = *field;
+                #[expect(clippy::cast_possible_truncation, reason = "within the limits of the field")]
+                let value = value as i32;
+                let blocks = self.drive.blocks_mut().0.iter_mut();
+                blocks.skip(element.into()).take(1).for_each(|block| block.set(field, value));
             }
             Source::Actual(_) => {}
             Source::Profile(profile) => {

@@ -63,6 +63,14 @@ signals! {
     G2Xist2 = 16: "G2_XIST2", 2, "actual value 2 of encoder 2";
     Xerr = 25: "XERR", 2, "position deviation";
     Kpc = 26: "KPC", 2, "gain of the position controller";
+    XistA = 28: "XIST_A", 2, "actual position";
+    Satzanw = 32: "SATZANW", 1, "choice of the traversing block";
+    Aktsatz = 33: "AKTSATZ", 1, "traversing block that runs";
+    MdiTarpos = 34: "MDI_TARPOS", 2, "target of the master";
+    MdiVelocity = 35: "MDI_VELOCITY", 2, "velocity to it";
+    MdiAcc = 36: "MDI_ACC", 1, "acceleration to it";
+    MdiDec = 37: "MDI_DEC", 1, "deceleration to it";
+    MdiMod = 38: "MDI_MOD", 1, "way to it";
     IaistGlatt = 52: "IAIST_GLATT", 1, "actual current, smoothed";
     MistGlatt = 53: "MIST_GLATT", 1, "actual torque, smoothed";
     PistGlatt = 54: "PIST_GLATT", 1, "actual power, smoothed";
@@ -70,6 +78,13 @@ signals! {
     MeldNamur = 58: "MELD_NAMUR", 1, "faults as VIK-NAMUR counts them";
     Momred = 101: "MOMRED", 1, "torque reduction";
     Meldw = 102: "MELDW", 1, "message word";
+    PosStw = 203: "POS_STW", 1, "control word of the positioner";
+    PosZsw = 204: "POS_ZSW", 1, "status word of the positioner";
+    Override = 205: "OVERRIDE", 1, "part of the velocity";
+    PosStw1 = 220: "POS_STW1", 1, "control word 1 of the positioner";
+    PosZsw1 = 221: "POS_ZSW1", 1, "status word 1 of the positioner";
+    PosStw2 = 222: "POS_STW2", 1, "control word 2 of the positioner";
+    PosZsw2 = 223: "POS_ZSW2", 1, "status word 2 of the positioner";
     FaultCode = 301: "FAULT_CODE", 1, "number of the fault";
     WarnCode = 303: "WARN_CODE", 1, "number of the warning";
 }

@@ -6,7 +6,8 @@ use std::collections::BTreeMap;
 use super::value;
 use crate::devices::ppo_drive::Quantity;
 use crate::devices::ppo_drive::table::{Channel, Row, Tie};
-use crate::devices::profidrive4::{Setting, SettingKind};
+use crate::devices::profidrive4::block::BLOCKS;
+use crate::devices::profidrive4::{BlockField, Setting, SettingKind};
 use crate::profibus::dpv1::base_mode::Format;
 
 /// A parameter.
@@ -32,6 +33,7 @@ pub(super) struct Entry {
 pub(super) enum Source {
     Profile(Profile),
     Setting(Setting),
+    Block(BlockField),
     Actual(Actual),
     /// Here, with those of a new drive.
     Own {
@@ -47,6 +49,7 @@ pub(super) enum Actual {
     Speed,
     Current,
     Torque,
+    Position,
     Fault,
     Warning,
 }
@@ -174,6 +177,20 @@ impl Entry {
         }
     }
 
+    fn of_block(field: BlockField) -> Self {
+        Self {
+            name: field.name().into(),
+            format: Format::INTEGER32,
+            elements: u16::try_from(BLOCKS).ok(),
+            limits: field.limits(),
+            unit: field.unit().into(),
+            scale: 1.0,
+            writable: true,
+            source: Source::Block(field),
+            texts: &[],
+        }
+    }
+
     fn measured(name: &'static str, format: Format, unit: &'static str, actual: Actual) -> Self {
         Self {
             name: name.into(),
@@ -202,7 +219,7 @@ impl Entry {
         let elements = match &source {
             Source::Own { .. } => row.elements.map(u16::from),
             Source::Profile(profile) => profile_elements(*profile),
-            Source::Setting(_) | Source::Actual(_) => None,
+            Source::Setting(_) | Source::Block(_) | Source::Actual(_) => None,
         };
         Ok(Self {
             name: row.name.clone().into(),
@@ -219,7 +236,7 @@ impl Entry {
 
     /// Whether what is written to it is kept when it is stored.
     pub(super) const fn is_kept(&self) -> bool {
-        self.writable && matches!(self.source, Source::Setting(_) | Source::Own { .. })
+        self.writable && matches!(self.source, Source::Setting(_) | Source::Block(_) | Source::Own { .. })
     }
 }
 
@@ -296,11 +313,13 @@ impl Table {
             entries.insert(pnu, Entry::of_profile(name, Format::UNSIGNED16, None, false, warning, &[]));
         }
         entries.extend(Setting::ALL.iter().map(|setting| (setting.pnu(), Entry::of_setting(*setting))));
+        entries.extend(BlockField::ALL.iter().map(|field| (field.pnu(), Entry::of_block(*field))));
         for (pnu, name, format, unit, actual) in [
             (20, "Speed setpoint", Format::FLOAT, "rpm", Actual::Setpoint),
             (21, "Actual speed", Format::FLOAT, "rpm", Actual::Speed),
             (27, "Actual current", Format::FLOAT, "A", Actual::Current),
             (31, "Actual torque", Format::FLOAT, "Nm", Actual::Torque),
+            (2521, "Actual position", Format::INTEGER32, "LU", Actual::Position),
             (2131, "Fault", Format::UNSIGNED16, "", Actual::Fault),
             (2132, "Warning", Format::UNSIGNED16, "", Actual::Warning),
         ] {

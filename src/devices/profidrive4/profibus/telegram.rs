@@ -44,6 +44,8 @@ telegrams! {
     5: [Stw1 NsollB Stw2 G1Stw Xerr Kpc] [Zsw1 NistB Zsw2 G1Zsw G1Xist1 G1Xist2];
     6: [Stw1 NsollB Stw2 G1Stw G2Stw Xerr Kpc]
         [Zsw1 NistB Zsw2 G1Zsw G1Xist1 G1Xist2 G2Zsw G2Xist1 G2Xist2];
+    7: [Stw1 Satzanw] [Zsw1 Aktsatz];
+    9: [Stw1 Satzanw Stw2 MdiTarpos MdiVelocity MdiAcc MdiDec MdiMod] [Zsw1 Aktsatz Zsw2 XistA];
     20: [Stw1 NsollA] [Zsw1 NistAGlatt IaistGlatt MistGlatt PistGlatt MeldNamur];
     102: [Stw1 NsollB Stw2 Momred G1Stw] [Zsw1 NistB Zsw2 Meldw G1Zsw G1Xist1 G1Xist2];
     103: [Stw1 NsollB Stw2 Momred G1Stw G2Stw]
@@ -51,6 +53,10 @@ telegrams! {
     105: [Stw1 NsollB Stw2 Momred G1Stw Xerr Kpc] [Zsw1 NistB Zsw2 Meldw G1Zsw G1Xist1 G1Xist2];
     106: [Stw1 NsollB Stw2 Momred G1Stw G2Stw Xerr Kpc]
         [Zsw1 NistB Zsw2 Meldw G1Zsw G1Xist1 G1Xist2 G2Zsw G2Xist1 G2Xist2];
+    110: [Stw1 Satzanw PosStw Stw2 Override MdiTarpos MdiVelocity MdiAcc MdiDec MdiMod]
+        [Zsw1 Aktsatz PosZsw Zsw2 Meldw XistA];
+    111: [Stw1 PosStw1 PosStw2 Stw2 Override MdiTarpos MdiVelocity MdiAcc MdiDec Free]
+        [Zsw1 PosZsw1 PosZsw2 Zsw2 Meldw XistA NistB FaultCode WarnCode Free];
     352: [Stw1 NsollA Free Free Free Free] [Zsw1 NistAGlatt IaistGlatt MistGlatt WarnCode FaultCode];
 }
 
@@ -70,6 +76,12 @@ impl Telegram {
     /// The telegram of this number.
     pub fn numbered(number: u16) -> Option<&'static Self> {
         Self::ALL.iter().find(|telegram| telegram.number == number)
+    }
+
+    /// Whether it commands positions, not speeds.
+    pub fn positions(&self) -> bool {
+        let of_positions = [Signal::Satzanw, Signal::PosStw1];
+        of_positions.iter().any(|signal| self.setpoints.contains(signal))
     }
 
     /// Octets from the master, and to it.
@@ -129,11 +141,15 @@ mod tests {
             (4, 6, 14),
             (5, 9, 9),
             (6, 10, 14),
+            (7, 2, 2),
+            (9, 10, 5),
             (20, 2, 6),
             (102, 6, 10),
             (103, 7, 15),
             (105, 10, 10),
             (106, 11, 15),
+            (110, 12, 7),
+            (111, 12, 12),
             (352, 6, 6),
         ];
         let found = Telegram::ALL.iter().map(|telegram| {

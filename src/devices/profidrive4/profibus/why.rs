@@ -2,6 +2,7 @@
 
 use super::ProfidriveDevice;
 use super::application::TelegramOnly;
+use super::telegram::Telegram;
 use crate::devices::ppo_drive::State;
 use crate::devices::ppo_drive::profile::{ZswBit, reasons};
 use crate::devices::profidrive4::Setpoint;
@@ -25,6 +26,20 @@ const SETPOINT_ZERO: Reason<'static> =
     Reason::new("SetpointZero", &"the setpoint of the speed is 0: send another");
 const NO_TORQUE: Reason<'static> =
     Reason::new("NoTorque", &"the torque is reduced to 0 (MOMRED of 4000h): reduce it less");
+
+const REJECTED: Reason<'static> = Reason::new("TaskRejected", &"tasks are rejected: set STW1 bit 4");
+const STOPPED: Reason<'static> = Reason::new("IntermediateStop", &"intermediate stop: set STW1 bit 5");
+const NO_VELOCITY: Reason<'static> =
+    Reason::new("OverrideZero", &"OVERRIDE is 0: send another, 4000h is all of the velocity");
+const NOT_REFERENCED: Reason<'static> = Reason::new(
+    "NotReferenced",
+    &"the position has no reference, absolute targets and blocks are refused: reference the axis (STW1 bit 11) or set the \
+      reference",
+);
+const NO_TASK: Reason<'static> = Reason::new(
+    "NoTask",
+    &"the axis has no task: begin one (STW1 bit 6 from 0 to 1), jog (bits 8, 9) or reference it (bit 11)",
+);
 
 impl<A: Application> Why for ProfidriveDevice<TelegramOnly<A>> {
     fn verb(&self) -> &'static str {
@@ -57,15 +72,34 @@ impl<A: Application> Why for ProfidriveDevice<TelegramOnly<A>> {
         let is_led = state == dp::State::DataExch;
         let of_drive = |reason: &Reason<'_>| matches!(reason.name, "Fault" | "Inhibited");
         let (stw, zsw_of_drive) = (Stw::from_raw(self.stw1()), Zsw::from_raw(zsw));
-        reasons(stw, zsw_of_drive).filter(|reason| is_led || of_drive(reason)).for_each(&mut *tell);
+        let positions = self.telegram().is_some_and(Telegram::positions);
+        // Bits 4 to 6 are others there.
+        let of_speed =
+            |reason: &Reason<'_>| matches!(reason.name, "RampDisabled" | "RampFrozen" | "SetpointDisabled");
+        let told = reasons(stw, zsw_of_drive).filter(|reason| is_led || of_drive(reason));
+        told.filter(|reason| !(positions && of_speed(reason))).for_each(&mut *tell);
         let command = self.drive().command();
         let operates = status.state == State::Operation && ZswBit::OperationEnabled.is_set(zsw);
         if operates && command.torque_reduction >= 1.0 {
             tell(NO_TORQUE);
         }
-        let Setpoint::Speed(speed) = command.setpoint;
-        if operates && speed == 0.0 {
-            tell(SETPOINT_ZERO);
+        match command.setpoint {
+            Setpoint::Speed(speed) if operates && speed == 0.0 => tell(SETPOINT_ZERO),
+            Setpoint::Position(task) if operates => {
+                let axis = self.drive().axis();
+                for (stands, reason) in [
+                    (!command.control.enable_ramp, REJECTED),
+                    (!command.control.run_ramp, STOPPED),
+                    (task.velocity_part == 0.0, NO_VELOCITY),
+                    (!axis.referenced, NOT_REFERENCED),
+                    (axis.by.is_none() && !axis.homing, NO_TASK),
+                ] {
+                    if stands {
+                        tell(reason);
+                    }
+                }
+            }
+            Setpoint::Speed(_) | Setpoint::Position(_) => {}
         }
     }
 }

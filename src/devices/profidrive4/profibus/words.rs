@@ -7,7 +7,8 @@ use super::signal::Signal;
 use super::telegram::Telegram;
 use crate::devices::ppo_drive::{State, profile};
 use crate::devices::profidrive4::{
-    Command, Drive, EncoderCommand, EncoderStatus, Fault, Setpoint, Setting, Settings, Status,
+    AxisStatus, Command, Drive, EncoderCommand, EncoderStatus, Fault, Mdi, Origin, Setpoint, Setting,
+    Settings, Status, Task,
 };
 use crate::face::bits_of_word;
 use crate::profibus::ppo::Stw;
@@ -25,6 +26,143 @@ bits_of_word! {
         NoOverload = 15: "no overload of the converter";
     }
 }
+
+bits_of_word! {
+    /// A bit of STW1 of a positioning drive that is another one than of a speed drive.
+    PositionStwBit {
+        NoRejection = 4: "do not reject the task";
+        NoStop = 5: "no intermediate stop";
+        Begin = 6: "begin the task (edge)";
+        Home = 11: "reference the axis";
+        ChangeBlock = 13: "take the next block (edge)";
+    }
+}
+
+bits_of_word! {
+    /// A bit of ZSW1 of a positioning drive that is another one than of a speed drive.
+    PositionZswBit {
+        Follows = 8: "no following error";
+        TargetReached = 10: "target reached";
+        Referenced = 11: "the position has a reference";
+        Accepted = 12: "task accepted";
+        Stands = 13: "the shaft stands";
+        Accelerates = 14: "the axis gets faster";
+        Decelerates = 15: "the axis gets slower";
+    }
+}
+
+bits_of_word! {
+    /// A bit of SATZANW and AKTSATZ; bits 0 to 5 are the number of the block.
+    BlockBit {
+        Block0 = 0: "block, bit 0";
+        Block1 = 1: "block, bit 1";
+        Block2 = 2: "block, bit 2";
+        Block3 = 3: "block, bit 3";
+        Block4 = 4: "block, bit 4";
+        Block5 = 5: "block, bit 5";
+        Mdi = 15: "MDI";
+    }
+}
+
+bits_of_word! {
+    /// A bit of MDI_MOD.
+    MdiModeBit {
+        Absolute = 0: "absolute";
+        Forward = 1: "forward";
+        Backward = 2: "backward";
+    }
+}
+
+bits_of_word! {
+    /// A bit of POS_STW.
+    PosStwBit {
+        Track = 0: "follow the shaft";
+        SetReference = 1: "set the reference (edge)";
+        Cam = 2: "on the reference cam";
+        Incremental = 5: "jog a way";
+    }
+}
+
+bits_of_word! {
+    /// A bit of POS_ZSW.
+    PosZswBit {
+        Tracks = 0: "follows the shaft";
+        VelocityLimited = 1: "velocity limited";
+        SetpointStands = 2: "the setpoint stands";
+        AtTarget = 3: "setpoint reached";
+        Forward = 4: "forward";
+        Backward = 5: "backward";
+        LimitMinus = 6: "software limit minus";
+        LimitPlus = 7: "software limit plus";
+    }
+}
+
+bits_of_word! {
+    /// A bit of POS_STW1; bits 0 to 5 are the number of the block.
+    PosStw1Bit {
+        Block0 = 0: "block, bit 0";
+        Block1 = 1: "block, bit 1";
+        Block2 = 2: "block, bit 2";
+        Block3 = 3: "block, bit 3";
+        Block4 = 4: "block, bit 4";
+        Block5 = 5: "block, bit 5";
+        Absolute = 8: "absolute";
+        Forward = 9: "forward";
+        Backward = 10: "backward";
+        Continuous = 12: "take changes over at once";
+        SetUp = 14: "set up";
+        Mdi = 15: "MDI";
+    }
+}
+
+bits_of_word! {
+    /// A bit of POS_STW2.
+    PosStw2Bit {
+        Track = 0: "follow the shaft";
+        SetReference = 1: "set the reference (edge)";
+        Cam = 2: "on the reference cam";
+        Incremental = 5: "jog a way";
+        SoftwareLimits = 14: "software limits on";
+    }
+}
+
+bits_of_word! {
+    /// A bit of POS_ZSW1; bits 0 to 5 are the number of the block that runs.
+    PosZsw1Bit {
+        Block0 = 0: "block, bit 0";
+        Block1 = 1: "block, bit 1";
+        Block2 = 2: "block, bit 2";
+        Block3 = 3: "block, bit 3";
+        Block4 = 4: "block, bit 4";
+        Block5 = 5: "block, bit 5";
+        SwitchMinus = 8: "limit switch minus";
+        SwitchPlus = 9: "limit switch plus";
+        Jog = 10: "jogging";
+        Homing = 11: "referencing";
+        Blocks = 13: "traversing blocks";
+        SetUp = 14: "set up";
+        Mdi = 15: "MDI";
+    }
+}
+
+bits_of_word! {
+    /// A bit of POS_ZSW2.
+    PosZsw2Bit {
+        Tracks = 0: "follows the shaft";
+        VelocityLimited = 1: "velocity limited";
+        SetpointStands = 2: "the setpoint stands";
+        Forward = 4: "forward";
+        Backward = 5: "backward";
+        LimitMinus = 6: "software limit minus";
+        LimitPlus = 7: "software limit plus";
+        Output1 = 10: "direct output 1";
+        Output2 = 11: "direct output 2";
+        Travels = 15: "a task runs";
+    }
+}
+
+/// The bits of a word that number a block.
+const BLOCK: u16 = 0x3F;
 
 bits_of_word! {
     /// A bit of STW2; bits 12 to 15 are the sign of life.
@@ -118,6 +256,22 @@ pub(super) fn bit_name(telegram: &Telegram, signal: Signal, number: u8) -> Optio
         all.iter().map(|bit| of(*bit)).find(|(own, _)| *own == number).map(|(_, name)| name)
     }
     match signal {
+        Signal::Stw1 if telegram.positions() => {
+            let of_positions = of(PositionStwBit::ALL, number, |bit| (bit.number(), bit.name()));
+            of_positions.or_else(|| of(profile::StwBit::ALL, number, |bit| (bit.number(), bit.name())))
+        }
+        Signal::Zsw1 if telegram.positions() => {
+            let of_positions = of(PositionZswBit::ALL, number, |bit| (bit.number(), bit.name()));
+            of_positions.or_else(|| of(profile::ZswBit::ALL, number, |bit| (bit.number(), bit.name())))
+        }
+        Signal::Satzanw | Signal::Aktsatz => of(BlockBit::ALL, number, |bit| (bit.number(), bit.name())),
+        Signal::MdiMod => of(MdiModeBit::ALL, number, |bit| (bit.number(), bit.name())),
+        Signal::PosStw => of(PosStwBit::ALL, number, |bit| (bit.number(), bit.name())),
+        Signal::PosZsw => of(PosZswBit::ALL, number, |bit| (bit.number(), bit.name())),
+        Signal::PosStw1 => of(PosStw1Bit::ALL, number, |bit| (bit.number(), bit.name())),
+        Signal::PosZsw1 => of(PosZsw1Bit::ALL, number, |bit| (bit.number(), bit.name())),
+        Signal::PosStw2 => of(PosStw2Bit::ALL, number, |bit| (bit.number(), bit.name())),
+        Signal::PosZsw2 => of(PosZsw2Bit::ALL, number, |bit| (bit.number(), bit.name())),
         Signal::Stw1 => of(profile::StwBit::ALL, number, |bit| (bit.number(), bit.name())),
         Signal::Zsw1 => of(profile::ZswBit::ALL, number, |bit| (bit.number(), bit.name())).or_else(|| {
             let maker = of(Zsw1MakerBit::ALL, number, |bit| (bit.number(), bit.name()));
@@ -144,6 +298,12 @@ pub(super) fn bit_name(telegram: &Telegram, signal: Signal, number: u8) -> Optio
         | Signal::MistGlatt
         | Signal::PistGlatt
         | Signal::NistAGlatt
+        | Signal::XistA
+        | Signal::MdiTarpos
+        | Signal::MdiVelocity
+        | Signal::MdiAcc
+        | Signal::MdiDec
+        | Signal::Override
         | Signal::Momred
         | Signal::FaultCode
         | Signal::WarnCode => None,
@@ -194,6 +354,12 @@ fn double(part: f64) -> u32 {
     (libm::round(part * FULL_DOUBLE) as i32).cast_unsigned()
 }
 
+/// 32 bits of a whole number with sign.
+#[expect(clippy::cast_possible_truncation, reason = "float to integer saturates")]
+fn whole(number: f64) -> u32 {
+    (libm::round(number) as i32).cast_unsigned()
+}
+
 /// The low word.
 #[expect(clippy::cast_possible_truncation, reason = "a signal of one word")]
 const fn low(value: u32) -> u16 {
@@ -220,8 +386,46 @@ pub(super) fn command(telegram: &Telegram, outputs: &[u8], settings: &Settings) 
         }
         _ => 0.0,
     };
+    let setpoint = match telegram.positions() {
+        true => Setpoint::Position(task(telegram, outputs)),
+        false => Setpoint::Speed(speed + more),
+    };
     let torque_reduction = signal(Signal::Momred).map_or(0.0, |reduction| part(low(reduction)));
-    Some(Command { control, setpoint: Setpoint::Speed(speed + more), torque_reduction })
+    Some(Command { control, setpoint, torque_reduction })
+}
+
+/// What a positioning drive shall do.
+fn task(telegram: &Telegram, outputs: &[u8]) -> Task {
+    let signal = |signal| telegram.setpoint(outputs, signal);
+    let word_of = |wanted| signal(wanted).map_or(0, low);
+    let stw1 = word_of(Signal::Stw1);
+    let (choice, mode, stw) = (word_of(Signal::Satzanw), word_of(Signal::MdiMod), word_of(Signal::PosStw));
+    let (of_111, stw2) = (word_of(Signal::PosStw1), word_of(Signal::PosStw2));
+    let either = |one: bool, other: bool| one || other;
+    let part_of = |wanted| signal(wanted).map_or(1.0, |value| part(low(value)).max(0.0));
+    let mdi = either(BlockBit::Mdi.is_set(choice), PosStw1Bit::Mdi.is_set(of_111)).then(|| Mdi {
+        absolute: either(MdiModeBit::Absolute.is_set(mode), PosStw1Bit::Absolute.is_set(of_111)),
+        forward: either(MdiModeBit::Forward.is_set(mode), PosStw1Bit::Forward.is_set(of_111)),
+        backward: either(MdiModeBit::Backward.is_set(mode), PosStw1Bit::Backward.is_set(of_111)),
+        set_up: PosStw1Bit::SetUp.is_set(of_111),
+        continuous: PosStw1Bit::Continuous.is_set(of_111),
+        target: signal(Signal::MdiTarpos).map_or(0, u32::cast_signed),
+        velocity: signal(Signal::MdiVelocity).map_or(0.0, f64::from),
+        acceleration: part_of(Signal::MdiAcc),
+        deceleration: part_of(Signal::MdiDec),
+    });
+    Task {
+        home: PositionStwBit::Home.is_set(stw1),
+        change_block: PositionStwBit::ChangeBlock.is_set(stw1),
+        set_reference: either(PosStwBit::SetReference.is_set(stw), PosStw2Bit::SetReference.is_set(stw2)),
+        cam: either(PosStwBit::Cam.is_set(stw), PosStw2Bit::Cam.is_set(stw2)),
+        track: either(PosStwBit::Track.is_set(stw), PosStw2Bit::Track.is_set(stw2)),
+        incremental: either(PosStwBit::Incremental.is_set(stw), PosStw2Bit::Incremental.is_set(stw2)),
+        software_limits: PosStw2Bit::SoftwareLimits.is_set(stw2),
+        block: u8::try_from((choice | of_111) & BLOCK).unwrap_or_default(),
+        mdi,
+        velocity_part: part_of(Signal::Override),
+    }
 }
 
 /// What a control word asks of an encoder.
@@ -256,7 +460,23 @@ fn encoder_zsw(status: EncoderStatus) -> u16 {
 }
 
 /// ZSW1 in a telegram; none is a standard one.
-pub(super) fn zsw1(telegram: Option<&Telegram>, status: &Status) -> u16 {
+pub(super) fn zsw1(telegram: Option<&Telegram>, drive: &Drive) -> u16 {
+    let status = &drive.status();
+    if telegram.is_some_and(Telegram::positions) {
+        return position_zsw1(status, &drive.axis());
+    }
+    let bits = zsw1_of_profile(status);
+    if telegram.is_some_and(has_message_word) {
+        return bits;
+    }
+    bits | Zsw1MakerBit::BelowLimit.when(!status.at_limit)
+        | Zsw1MakerBit::MotorCool.mask()
+        | Zsw1MakerBit::Forward.when(status.speed > -0.5)
+        | Zsw1MakerBit::NoOverload.mask()
+}
+
+/// The bits of ZSW1 that version 2 has.
+fn zsw1_of_profile(status: &Status) -> u16 {
     let Status { no_off2, no_off3, warning, in_tolerance, speed_reached, .. } = *status;
     let of_profile = crate::devices::ppo_drive::Status {
         state: status.state,
@@ -267,14 +487,67 @@ pub(super) fn zsw1(telegram: Option<&Telegram>, status: &Status) -> u16 {
         speed_reached,
         actual: 0,
     };
-    let bits = profile::zsw(&of_profile).raw() | profile::ZswBit::Fault.when(status.fault);
-    if telegram.is_some_and(has_message_word) {
-        return bits;
-    }
-    bits | Zsw1MakerBit::BelowLimit.when(!status.at_limit)
-        | Zsw1MakerBit::MotorCool.mask()
-        | Zsw1MakerBit::Forward.when(status.speed > -0.5)
-        | Zsw1MakerBit::NoOverload.mask()
+    profile::zsw(&of_profile).raw() | profile::ZswBit::Fault.when(status.fault)
+}
+
+/// ZSW1 of a positioning drive.
+fn position_zsw1(status: &Status, axis: &AxisStatus) -> u16 {
+    let other = PositionZswBit::ALL.iter().fold(0, |word, bit| word | bit.mask());
+    zsw1_of_profile(status) & !other
+        | PositionZswBit::Follows.when(axis.follows)
+        | PositionZswBit::TargetReached.when(axis.target_reached)
+        | PositionZswBit::Referenced.when(axis.referenced)
+        | PositionZswBit::Accepted.when(axis.accepted)
+        | PositionZswBit::Stands.when(status.stands)
+        | PositionZswBit::Accelerates.when(axis.accelerates)
+        | PositionZswBit::Decelerates.when(axis.decelerates)
+}
+
+/// The number of the block that runs.
+fn running_block(axis: &AxisStatus) -> u16 {
+    if let Some(Origin::Block(number)) = axis.by { u16::from(number) & BLOCK } else { 0 }
+}
+
+fn aktsatz(axis: &AxisStatus) -> u16 {
+    running_block(axis) | BlockBit::Mdi.when(axis.by == Some(Origin::Mdi))
+}
+
+fn pos_zsw(axis: &AxisStatus) -> u16 {
+    let (minus, plus) = axis.at_software_limits;
+    PosZswBit::VelocityLimited.when(axis.velocity_limited)
+        | PosZswBit::SetpointStands.when(axis.setpoint_stands)
+        | PosZswBit::AtTarget.when(axis.target_reached)
+        | PosZswBit::Forward.when(axis.direction > 0)
+        | PosZswBit::Backward.when(axis.direction < 0)
+        | PosZswBit::LimitMinus.when(minus)
+        | PosZswBit::LimitPlus.when(plus)
+}
+
+fn pos_zsw1(axis: &AxisStatus) -> u16 {
+    let (minus, plus) = axis.limit_switches;
+    let mdi = axis.by == Some(Origin::Mdi);
+    running_block(axis)
+        | PosZsw1Bit::SwitchMinus.when(minus)
+        | PosZsw1Bit::SwitchPlus.when(plus)
+        | PosZsw1Bit::Jog.when(axis.by == Some(Origin::Jog))
+        | PosZsw1Bit::Homing.when(axis.homing)
+        | PosZsw1Bit::Blocks.when(matches!(axis.by, Some(Origin::Block(_))))
+        | PosZsw1Bit::SetUp.when(mdi && axis.endless)
+        | PosZsw1Bit::Mdi.when(mdi)
+}
+
+fn pos_zsw2(axis: &AxisStatus) -> u16 {
+    let (minus, plus) = axis.at_software_limits;
+    let output = |bit: u8| axis.outputs >> bit & 1 != 0;
+    PosZsw2Bit::VelocityLimited.when(axis.velocity_limited)
+        | PosZsw2Bit::SetpointStands.when(axis.setpoint_stands)
+        | PosZsw2Bit::Forward.when(axis.direction > 0)
+        | PosZsw2Bit::Backward.when(axis.direction < 0)
+        | PosZsw2Bit::LimitMinus.when(minus)
+        | PosZsw2Bit::LimitPlus.when(plus)
+        | PosZsw2Bit::Output1.when(output(0))
+        | PosZsw2Bit::Output2.when(output(1))
+        | PosZsw2Bit::Travels.when(axis.by.is_some() || axis.homing)
 }
 
 fn meldw(status: &Status) -> u16 {
@@ -297,7 +570,12 @@ fn namur(drive: &Drive) -> u16 {
         Fault::MainCircuit => NamurBit::Mains,
         Fault::Overload => NamurBit::Overload,
         Fault::Communication | Fault::SignOfLife => NamurBit::Bus,
-        Fault::Blocked | Fault::Raised(_) => NamurBit::Other,
+        Fault::Blocked
+        | Fault::FollowingError
+        | Fault::LimitSwitch
+        | Fault::Homing
+        | Fault::Block
+        | Fault::Raised(_) => NamurBit::Other,
     };
     let faults = drive.standing_faults().map(|fault| bit(fault.number).mask());
     faults.fold(0, |word, mask| word | mask)
@@ -309,7 +587,12 @@ pub(super) fn actual(telegram: &Telegram, drive: &Drive, life: u8, signal: Signa
     let speed = status.speed / settings.of(Setting::ReferenceSpeed);
     let encoder = drive.encoder();
     match signal {
-        Signal::Zsw1 => zsw1(Some(telegram), &status).into(),
+        Signal::Zsw1 => zsw1(Some(telegram), drive).into(),
+        Signal::XistA => whole(drive.axis().position),
+        Signal::Aktsatz => aktsatz(&drive.axis()).into(),
+        Signal::PosZsw => pos_zsw(&drive.axis()).into(),
+        Signal::PosZsw1 => pos_zsw1(&drive.axis()).into(),
+        Signal::PosZsw2 => pos_zsw2(&drive.axis()).into(),
         Signal::NistA | Signal::NistAGlatt => word(speed),
         Signal::NistB => double(speed),
         Signal::Zsw2 => with_life(Zsw2Bit::Pulses.when(status.state.is_supplied()), life).into(),
@@ -334,6 +617,16 @@ pub(super) fn actual(telegram: &Telegram, drive: &Drive, life: u8, signal: Signa
         | Signal::G2Stw
         | Signal::Xerr
         | Signal::Kpc
+        | Signal::Satzanw
+        | Signal::MdiTarpos
+        | Signal::MdiVelocity
+        | Signal::MdiAcc
+        | Signal::MdiDec
+        | Signal::MdiMod
+        | Signal::PosStw
+        | Signal::Override
+        | Signal::PosStw1
+        | Signal::PosStw2
         | Signal::Momred => 0,
     }
 }
@@ -365,7 +658,7 @@ mod tests {
         let settings = Settings::default();
         let of = |number, outputs: &[u8]| {
             let command = command(Telegram::numbered(number).unwrap(), outputs, &settings)?;
-            let Setpoint::Speed(speed) = command.setpoint;
+            let Setpoint::Speed(speed) = command.setpoint else { panic!("telegram {number}") };
             Some((speed, command.torque_reduction))
         };
         assert_eq!(of(1, &[0x04, 0x7F, 0xC0, 0x00]), Some((-1.0, 0.0)));
