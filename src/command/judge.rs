@@ -8,11 +8,13 @@ use std::process::ExitCode;
 use crate::gsd::{MasterGsd, Policy, Station};
 use crate::host::capture::{Capture, Interface};
 use crate::host::link::tap::{Batch, Tap};
-use crate::host::{Link, SystemClock};
+use crate::host::{Link, Received, Stop, SystemClock};
 use crate::judge::{
-    Ending, Judge, MasterClass, Operator, Outcome, Progress, Report, Row, Setup, Slave, live,
+    Ending, Judge, MasterClass, Operator, Outcome, Progress, Report, Row, Scenario, Setup, Slave, live,
+    rows_at_each,
 };
 use crate::profibus::dp::Application as _;
+use crate::time::BaudRate;
 use tracing::{info, warn};
 
 use super::args::{self, JudgedStation, judge_millis};
@@ -27,6 +29,9 @@ mod recorded;
 mod scenarios;
 
 use operated::Operated;
+
+/// So many readings at most of what is forgotten.
+const MOST_FORGOTTEN: u32 = 64;
 
 /// Judges, and says the verdicts.
 pub(crate) fn judge(args: &args::Judge) -> Result<ExitCode, Failure> {
@@ -54,11 +59,25 @@ pub(crate) fn judge(args: &args::Judge) -> Result<ExitCode, Failure> {
             warn!("scenario '{}' is not played: --only names none of its rows", scenario.name);
         }
     }
+    if let Some(rates) = args.rates() {
+        let report = at_rates(args, &rates, &setup, &rows, &more, &stop)?;
+        return finish(args, report);
+    }
     let Opened { rate, link, path } = open_link(&args.link, args.rate(), args.allow_remote)?;
     let clock = SystemClock::new();
     let link = captured(args, link, &path, clock)?;
     announce(&path, &setup)?;
-    let mut judge = Judge::new(setup, &rows);
+    let mut operator = args.ask.as_deref().map(Operated::new);
+    let judge = judge_of(args, setup, &rows, more);
+    let operator = operator.as_mut().map(|operator| -> &mut dyn Operator { operator });
+    let report = live(judge, link, &clock, rate, &stop, operator, &mut say)
+        .map_err(|error| Failure::from_error(&error))?;
+    finish(args, report)
+}
+
+/// How it judges, with scenarios of the user.
+fn judge_of(args: &args::Judge, setup: Setup, rows: &[Row], more: Vec<Scenario>) -> Judge {
+    let mut judge = Judge::new(setup, rows);
     if let Some(seconds) = args.time {
         judge = judge.within(Duration::from_secs(seconds));
     }
@@ -66,14 +85,64 @@ pub(crate) fn judge(args: &args::Judge) -> Result<ExitCode, Failure> {
         judge = judge.soaking(lasts, args.seed);
     }
     judge.add(more);
-    let mut operator = args.ask.as_deref().map(Operated::new);
-    if operator.is_some() {
-        judge = judge.operated();
+    if args.ask.is_some() { judge.operated() } else { judge }
+}
+
+/// The same at several rates: the command of the user configures the master for each and starts it.
+fn at_rates(
+    args: &args::Judge,
+    rates: &[BaudRate],
+    setup: &Setup,
+    rows: &[Row],
+    more: &[Scenario],
+    stop: &Stop,
+) -> Result<Report, Failure> {
+    let mut runs = Vec::new();
+    for baud in rates {
+        let setup = Setup { baud: Some(*baud), ..setup.clone() };
+        setup.check_master().map_err(Failure::Usage)?;
+        let Opened { rate, mut link, path } = open_link(&args.link, Some(*baud), args.allow_remote)?;
+        let clock = SystemClock::new();
+        announce(&path, &setup)?;
+        let mut operator = Operated::new(args.ask.as_deref().unwrap_or_default());
+        if !operator.run(&format!("rate {}", baud.bits_per_second())) {
+            let command = args.ask.as_deref().unwrap_or_default();
+            return Err(Failure::Other(format!(
+                "'{command} rate {baud}' failed, so the master is not at that rate",
+                baud = baud.bits_per_second()
+            )));
+        }
+        forget(&mut *link);
+        let judge = judge_of(args, setup, rows_at_each(rows), more.to_vec());
+        let report = live(judge, link, &clock, rate, stop, Some(&mut operator), &mut say)
+            .map_err(|error| Failure::from_error(&error))?;
+        info!("at {baud}: {}", report.ending);
+        runs.push((*baud, report));
+        if stop.is_requested() {
+            break;
+        }
     }
-    let operator = operator.as_mut().map(|operator| -> &mut dyn Operator { operator });
-    let report = live(judge, link, &clock, rate, &stop, operator, &mut say)
-        .map_err(|error| Failure::from_error(&error))?;
-    finish(args, report)
+    let mut report =
+        Report::over_rates(&runs, rows).ok_or_else(|| Failure::Usage("--baud has no rate".into()))?;
+    let all: Vec<String> = rates.iter().map(|rate| rate.bits_per_second().to_string()).collect();
+    for (_, value) in report.configuration.iter_mut().filter(|(name, _)| *name == "baud") {
+        *value = all.join(",");
+    }
+    Ok(report)
+}
+
+/// Forgets what a master has asked while nobody could answer.
+fn forget(link: &mut dyn Link) {
+    let mut octets = [0; 256];
+    for _ in 0..MOST_FORGOTTEN {
+        match link.receive(&mut octets) {
+            Ok(Received::Octets(_)) => {}
+            // A link that fails says so again.
+            Ok(Received::Nothing | Received::Reset | Received::BrokenOff(_) | Received::Rate(_)) | Err(_) => {
+                return;
+            }
+        }
+    }
 }
 
 /// The link, written to a capture if one is wanted.

@@ -52,7 +52,7 @@ pub use findings::{Judgement, Verdict};
 pub use live::{Operator, live};
 pub use moment::{Moment, Side, Telegram};
 pub use play::{Ending, Judge, Progress};
-pub use rates::at_rates;
+pub use rates::{at_rates, rows_at_each};
 pub use recorded::Recording;
 pub use report::{Outcome, Report};
 pub use rows::Row;

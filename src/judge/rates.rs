@@ -1,4 +1,4 @@
-//! A judgement at several rates (rows B01 to B03), in virtual time.
+//! A judgement at several rates (rows B01 to B03).
 
 use super::findings::{Judgement, Verdict};
 use super::report::Report;
@@ -9,17 +9,13 @@ use crate::bench::{Line, Master};
 use crate::time::BaudRate;
 
 /// Judges a master at each of these rates by these rows, or by all if none but M-B01 to B03 is wanted. `line` gives the master on
-/// a new line at a rate, and how it is configured there.
-///
-/// The report has the worst verdict on each row, with the rate in its reason. M-B01: what passes at one rate fails at no
-/// other, and data are exchanged at each; M-B02: the same for the rows of timing; M-B03: the watchdog time is the same.
+/// a new line at a rate, and how it is configured there. The report is that of [`Report::over_rates`].
 pub fn at_rates<M: Master>(
     rates: &[BaudRate],
     wanted: &[Row],
     mut line: impl FnMut(BaudRate) -> (Line<M>, Setup),
 ) -> Option<Report> {
-    let others = wanted.iter().filter(|row| !OWN.contains(row)).count();
-    let rows = if others == 0 { Row::ALL } else { wanted };
+    let rows = rows_at_each(wanted);
     let runs: Vec<(BaudRate, Report)> = rates
         .iter()
         .map(|rate| {
@@ -27,12 +23,28 @@ pub fn at_rates<M: Master>(
             (*rate, simulated(&mut line, setup, rows))
         })
         .collect();
-    let worst_run = runs.iter().find(|(_, run)| !run.ending.is_complete()).or(runs.first())?;
-    let judgements = wanted.iter().filter_map(|row| {
-        let is_own = OWN.contains(row) && runs.len() > 1;
-        if is_own { Some(over_rates(*row, &runs)) } else { worst(*row, &runs) }
-    });
-    Some(Report { judgements: judgements.collect(), ..worst_run.1.clone() })
+    Report::over_rates(&runs, wanted)
+}
+
+/// The rows by which a master is judged at each rate: all if none but M-B01 to B03 is wanted.
+pub fn rows_at_each(wanted: &[Row]) -> &[Row] {
+    if wanted.iter().all(|row| OWN.contains(row)) { Row::ALL } else { wanted }
+}
+
+impl Report {
+    /// One report of judgements of a master at several rates; `None`: there are none.
+    ///
+    /// It has the worst verdict on each row, with the rate in its reason. M-B01: what passes at one rate fails at no
+    /// other, and data are exchanged at each; M-B02: the same for the rows of timing; M-B03: the watchdog time is the same.
+    pub fn over_rates(runs: &[(BaudRate, Self)], wanted: &[Row]) -> Option<Self> {
+        let worst_run = runs.iter().find(|(_, run)| !run.ending.is_complete()).or(runs.first())?;
+        let judgements = wanted.iter().filter_map(|row| {
+            let is_own = OWN.contains(row) && runs.len() > 1;
+            if is_own { Some(over_rates(*row, runs)) } else { worst(*row, runs) }
+        });
+        let took = runs.iter().map(|(_, run)| run.took).sum();
+        Some(Self { judgements: judgements.collect(), took, ..worst_run.1.clone() })
+    }
 }
 
 /// Rows that are about all rates.
@@ -59,6 +71,12 @@ fn worst(row: Row, runs: &[(BaudRate, Report)]) -> Option<Judgement> {
 
 /// The verdict on a row about all rates.
 fn over_rates(row: Row, runs: &[(BaudRate, Report)]) -> Judgement {
+    let is_exact = |(_, run): &(BaudRate, Report)| {
+        of(run, Row::T01).is_some_and(|judged| judged.verdict != Verdict::NotJudged)
+    };
+    if row == Row::B02 && !runs.iter().all(is_exact) {
+        return Judgement::not_judged(row, "needs M-T01 at each rate, in virtual time".into());
+    }
     let broken = if row == Row::B03 {
         other_watchdog(runs)
     } else {

@@ -18,6 +18,7 @@ mod compared;
 mod configured;
 mod gitlab;
 mod masters;
+mod rates;
 mod rings;
 mod wide;
 
@@ -79,6 +80,9 @@ fn wrong_command_lines_are_told_in_one_line_and_end_with_2() {
         (&["--station", STATION, "--master", "5"], "station 5 has the address of the master"),
         (&["--station", STATION, "--master", "126"], "126 is no address of a master; expected 0 to 125"),
         (&["--station", STATION, "--retries", "16"], "16 is not in 0..=15"),
+        (&["--station", STATION, "--baud", "500000,1500000"], "--baud with several rates needs --ask"),
+        (&["--station", STATION, "--baud", "500000,auto", "--ask", "true"], "give the rates as numbers"),
+        (&["--station", STATION, "--baud", "500000,500000", "--ask", "true"], "names 500000 bit/s twice"),
         (&["--station", "5,gsd=missing.gsd"], "cannot read missing.gsd"),
     ] {
         let (code, stdout, stderr) = run(arguments);

@@ -33,9 +33,9 @@ pub(crate) struct Judge {
     #[arg(long, value_name = "LINK", default_value = "pty")]
     pub(crate) link: LinkSpec,
 
-    /// The rate of the line in bit/s
-    #[arg(long, value_name = "RATE")]
-    pub(crate) baud: Option<BaudSpec>,
+    /// The rate of the line in bit/s; several rates: the master is judged at each, and --ask configures it
+    #[arg(long, value_name = "RATE[,RATE..]", value_delimiter = ',')]
+    pub(crate) baud: Vec<BaudSpec>,
 
     /// The class of the master: 1, or 2 for one that reads slaves of another master, which the judge plays then
     #[arg(long, value_name = "CLASS", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=2))]
@@ -305,9 +305,45 @@ pub(crate) fn millis(millis: f64) -> Option<Duration> {
 }
 
 impl Judge {
-    /// The rate of the line, if it is given.
+    /// The rate of the line, if one is given.
     pub(crate) fn rate(&self) -> Option<BaudRate> {
-        self.baud.and_then(BaudSpec::fixed)
+        match &self.baud[..] {
+            [rate] => rate.fixed(),
+            [] | [_, _, ..] => None,
+        }
+    }
+
+    /// The rates at which the master is judged one after the other, if there are several.
+    pub(crate) fn rates(&self) -> Option<Vec<BaudRate>> {
+        (self.baud.len() > 1).then(|| self.baud.iter().filter_map(|rate| rate.fixed()).collect())
+    }
+
+    /// Whether it can be judged at these rates.
+    fn check_rates(&self) -> Result<(), String> {
+        for rate in &self.baud {
+            rate.check_profibus()?;
+        }
+        let Some(rates) = self.rates() else { return Ok(()) };
+        if rates.len() < self.baud.len() {
+            return Err("--baud auto is one rate; give the rates as numbers".into());
+        }
+        if let Some((_, rate)) =
+            rates.iter().enumerate().find(|(at, rate)| rates.iter().take(*at).any(|before| before == *rate))
+        {
+            return Err(format!("--baud names {rate} twice"));
+        }
+        if self.ask.is_none() {
+            return Err("--baud with several rates needs --ask: COMMAND rate RATE configures the master for each and starts it".into());
+        }
+        let single = [
+            ("--capture", self.capture.is_some()),
+            ("--soak", self.soak.is_some()),
+            ("a capture file", self.capture_file.is_some()),
+        ];
+        match single.iter().find(|(_, given)| *given) {
+            Some((name, _)) => Err(format!("{name} is for one rate; give --baud one")),
+            None => Ok(()),
+        }
     }
 
     /// Whether these stations can be judged together.
@@ -340,7 +376,7 @@ impl Judge {
         if let LinkSpec::Can(_) = self.link {
             return Err("a link of a CAN bus is for CANopen; the judge plays slaves of PROFIBUS-DP".into());
         }
-        self.baud.map_or(Ok(()), BaudSpec::check_profibus)?;
+        self.check_rates()?;
         if self.line.is_none() {
             self.check_stations(self.stations.iter().map(|station| &station.slave))?;
         }

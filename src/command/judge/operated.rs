@@ -10,6 +10,9 @@ use tracing::{info, warn};
 /// An action takes so long at most.
 const LIMIT: Duration = Duration::from_secs(10);
 
+/// Its end is looked for so often.
+const PULSE: Duration = Duration::from_millis(20);
+
 /// The command, and what it is doing.
 pub(super) struct Operated {
     command: String,
@@ -21,6 +24,20 @@ pub(super) struct Operated {
 impl Operated {
     pub(super) fn new(command: &str) -> Self {
         Self { command: command.into(), running: None, failed: false }
+    }
+}
+
+impl Operated {
+    /// Runs an action to its end: whether it is done.
+    pub(super) fn run(&mut self, action: &str) -> bool {
+        self.begin(action);
+        loop {
+            match self.poll() {
+                Some(done) => return done,
+                None if self.running.is_none() => return false,
+                None => std::thread::sleep(PULSE),
+            }
+        }
     }
 }
 

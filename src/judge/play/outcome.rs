@@ -58,9 +58,9 @@ const UNSEEN: &[(Row, &str)] = &[
     (Row::I06, "needs 32 stations that are present"),
     (Row::I07, "needs half of the stations absent"),
     (Row::R10, "needs --ask with the action restart, in virtual time"),
-    (Row::B01, "a judgement is at one rate: `judge::at_rates` judges at each rate that the master claims"),
-    (Row::B02, "a judgement is at one rate: `judge::at_rates` judges at each rate that the master claims"),
-    (Row::B03, "a judgement is at one rate: `judge::at_rates` compares the watchdog times"),
+    (Row::B01, "needs several rates: --baud RATE,RATE.. with --ask"),
+    (Row::B02, "needs several rates in virtual time: `judge::at_rates`"),
+    (Row::B03, "needs several rates: --baud RATE,RATE.. with --ask"),
     (Row::Z05, "needs a person who switches the master off while it sends"),
     (Row::Z06, "needs --ask with the action restart"),
 ];

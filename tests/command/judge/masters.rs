@@ -19,6 +19,7 @@ use tempfile::TempDir;
 use crate::process::end_of;
 
 use super::{run, start};
+use crate::test_master::mistakes::Mistake;
 use crate::test_master::{Settings, TestMaster, serve};
 
 /// Two stations as the test master has them, and what it is configured to.
@@ -53,11 +54,20 @@ impl Running {
         Self::with(Settings::new(stations, Duration::from_millis(100)), link, actions)
     }
 
-    fn with(settings: Settings, mut link: Box<dyn Link + Send>, actions: Option<PathBuf>) -> Self {
+    /// On a terminal, with a mistake or without.
+    pub(super) fn mistaken(path: &Path, settings: Settings, mistake: Option<Mistake>) -> Self {
+        let link = Box::new(Terminal::open(path, BaudRate::K500).unwrap());
+        Self::of(TestMaster::new(settings, mistake), link, None)
+    }
+
+    fn with(settings: Settings, link: Box<dyn Link + Send>, actions: Option<PathBuf>) -> Self {
+        Self::of(TestMaster::new(settings, None), link, actions)
+    }
+
+    fn of(master: TestMaster, mut link: Box<dyn Link + Send>, actions: Option<PathBuf>) -> Self {
         let end = Arc::new(AtomicBool::new(false));
         let ends = Arc::clone(&end);
         let thread = thread::spawn(move || {
-            let master = TestMaster::new(settings, None);
             serve(master, &mut *link, &ends, |master, now| {
                 let Some(file) = actions.as_ref().map(|folder| folder.join("action")) else { return };
                 if let Ok(action) = fs::read_to_string(&file)
