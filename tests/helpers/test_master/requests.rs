@@ -1,5 +1,7 @@
 //! What the test master sends, mistakes included.
 
+use core::time::Duration;
+
 use profidrive::profibus::fdl::{
     Address, DataTelegram, FrameCount, FunctionCode, MAX_TELEGRAM_LEN, Sap, Service,
 };
@@ -183,10 +185,10 @@ impl TestMaster {
     fn prm(&self, turn: usize) -> Vec<u8> {
         let Configured { ident, prm, groups, .. } = &self.slaves[turn].configured;
         let watchdog = self.watchdog_of(&self.slaves[turn].configured);
-        let units = u8::try_from(watchdog.as_millis() / 10).unwrap_or(255);
+        let [units, times] = watchdog_factors(watchdog);
         let prepared = !self.does(Mistake::SyncUntold);
         let (mut status, mut factors, mut tsdr) =
-            (if prepared { 0xB8 } else { 0x88 }, [units, 1], self.least_tsdr());
+            (if prepared { 0xB8 } else { 0x88 }, [units, times], self.least_tsdr());
         let [mut high, mut low] = ident.to_be_bytes();
         let (mut groups, mut user) = (*groups, prm.clone());
         match self.mistake {
@@ -203,13 +205,22 @@ impl TestMaster {
             Some(Mistake::WatchdogOff) => (status, factors) = (0x80, [0, 0]),
             Some(Mistake::Unlocks) => status |= 0x40,
             Some(Mistake::ChangesPrm) if self.slaves[turn].start_ups > 1 => user[0] ^= 1,
-            Some(Mistake::WatchdogOfTop) if self.does_at_top(Mistake::WatchdogOfTop) => factors = [units, 2],
-            Some(Mistake::ShortWatchdog) => factors = [units / 2, 1],
+            Some(Mistake::WatchdogOfTop) if self.does_at_top(Mistake::WatchdogOfTop) => {
+                factors = [units, times * 2]
+            }
+            Some(Mistake::ShortWatchdog) => factors = [units / 2, times],
             _ if watchdog.is_zero() => (status, factors) = (status & !0x08, [0, 0]),
             _ => {}
         }
         [&[status, factors[0], factors[1], tsdr, high, low, groups][..], &user].concat()
     }
+}
+
+/// WD_Fact_1 and WD_Fact_2 of a time, rounded up to what both can say.
+fn watchdog_factors(time: Duration) -> [u8; 2] {
+    let steps = u32::try_from(time.as_millis().div_ceil(10)).unwrap();
+    let second = steps.div_ceil(255).max(1);
+    [steps.div_ceil(second), second].map(|factor| u8::try_from(factor).unwrap())
 }
 
 /// SD1.
