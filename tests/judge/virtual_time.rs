@@ -57,6 +57,13 @@ fn a_mistake_is_found_however_the_master_is_configured() {
     }
 }
 
+/// With a min T_SDR of 200 bit times a reply that is half a slot time late comes behind the slot time.
+#[test]
+fn a_retry_is_one_whose_reply_came_too_late() {
+    let report = judged(Some(Mistake::LongTsdr), Row::ALL);
+    assert_eq!(broken(&report), [Row::P06.id()], "{report}");
+}
+
 pub(crate) fn rows(patterns: &[&str]) -> Vec<Row> {
     patterns.iter().flat_map(|pattern| Row::matching(pattern)).collect()
 }

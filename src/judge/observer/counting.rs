@@ -247,7 +247,8 @@ impl Observer {
                 if let Some(row) = bad_row.filter(|row| *row != Row::E01) {
                     self.held(row);
                 }
-                if before.tries > 0 {
+                // The replies to the tries before may have come too late.
+                if before.tries > 0 || before.retry > 0 {
                     self.held(Row::C06);
                 } else if self.setup.retries != Some(0) && self.view(station).answered {
                     let row = if bad == Some(Bad::Fcs) { Row::C12 } else { Row::C05 };

@@ -71,7 +71,7 @@ mistakes! {
     /// min T_SDR of 5.
     ShortTsdr ["M-P06"]
     /// min T_SDR above max T_SDR of the slaves.
-    LongTsdr ["M-P06", "M-C05"]
+    LongTsdr ["M-P06"]
     /// One octet of user parameters too many.
     LongPrm ["M-P07"]
     /// Other user parameters.
