@@ -166,15 +166,17 @@ fn judge_other_forms(dir: &Path, capture: &str) {
     let header = [0xA1B2_C3D4_u32, 0x0004_0002, 0, 0, 65535, 257];
     let header: Vec<u8> = header.iter().flat_map(|word| word.to_le_bytes()).collect();
     fs::write(&classic, [header, record(1), record(2)].concat()).unwrap();
-    for (file, ended) in [
-        (&cut, "ended: the capture is cut off, and was judged as far as it goes: "),
-        (&lines, "ended: the capture was read to its end"),
-        (&classic, "ended: the capture was read to its end"),
-    ] {
+    for file in [&lines, &classic] {
         let (code, table, stderr) = run(&[file.to_str().unwrap(), "--only", "M-F06,M-T02"]);
         assert_eq!(code, Some(0), "{table}{stderr}");
-        assert!(table.contains("pass       M-F06") && table.contains(ended), "{table}");
+        assert!(table.contains("pass       M-F06"), "{table}");
+        assert!(table.contains("ended: the capture was read to its end"), "{table}");
     }
+    let cut_classic = dir.join("cut.pcap");
+    let whole = fs::read(&classic).unwrap();
+    fs::write(&cut_classic, &whole[..whole.len() - 3]).unwrap();
+    judge_cut(dir, &cut, 1);
+    judge_cut(dir, &cut_classic, 4);
     fs::write(&lines, "no request").unwrap();
     let (code, _, stderr) = run(&[lines.to_str().unwrap()]);
     assert_eq!(code, Some(5), "{stderr}");
@@ -184,6 +186,24 @@ fn judge_other_forms(dir: &Path, capture: &str) {
     let (code, _, stderr) = run(&[lines.to_str().unwrap()]);
     assert_eq!(code, Some(3), "{stderr}");
     assert!(stderr.contains("no master was heard in the capture"), "{stderr}");
+}
+
+/// A capture that is cut off is judged, and is no complete judgement; `of_checksums` is the status by M-F02 alone.
+fn judge_cut(dir: &Path, cut: &Path, of_checksums: i32) {
+    const CUT: &str = "the capture is cut off, and was judged as far as it goes: ";
+    let (cut, json, junit) = (cut.to_str().unwrap(), dir.join("cut.json"), dir.join("cut.xml"));
+    let reports = ["--json", json.to_str().unwrap(), "--junit", junit.to_str().unwrap()];
+    let (code, table, stderr) = run(&[&[cut, "--only", "M-F06,M-T02"][..], &reports].concat());
+    assert_eq!(code, Some(4), "{table}{stderr}");
+    assert!(stderr.contains(&format!("profidrive: {CUT}")), "{stderr}");
+    assert!(table.contains("pass       M-F06") && table.contains(&format!("ended: {CUT}")), "{table}");
+    let json: Value = serde_json::from_str(&fs::read_to_string(json).unwrap()).unwrap();
+    assert_eq!(json["status"], 4, "{json}");
+    assert!(json["ended"].as_str().unwrap().starts_with(CUT), "{json}");
+    let junit = fs::read_to_string(junit).unwrap();
+    assert!(junit.contains(&format!("<error type=\"not finished\" message=\"{CUT}")), "{junit}");
+    let (code, table, stderr) = run(&[cut, "--only", "M-F02"]);
+    assert_eq!(code, Some(of_checksums), "{table}{stderr}");
 }
 
 /// The contract for programs that read the verdicts.

@@ -2,7 +2,7 @@
 
 use core::time::Duration;
 
-use profidrive::judge::{Recording, Report, Row, Setup, Slave, Verdict};
+use profidrive::judge::{Outcome, Recording, Report, Row, Setup, Slave, Verdict};
 use profidrive::profibus::fdl::{
     Address, DataTelegram, FrameCount, FunctionCode, MAX_TELEGRAM_LEN, ReplyStatus, Sap, Service,
 };
@@ -292,11 +292,20 @@ fn what_a_recording_without_times_cannot_show_is_not_judged() {
     trace.start(5);
     trace.exchange(5, 9);
     trace.recording.without_times();
-    trace.recording.cut_off("packet 17 is not whole");
     let report = trace.accuses_nobody();
     let of = |row: Row| report.judgements.iter().find(|judgement| judgement.row == row).unwrap().verdict;
     assert_eq!((of(Row::T08), of(Row::C02)), (Verdict::NotJudged, Verdict::Pass), "{report}");
+}
+
+#[test]
+fn a_recording_that_is_cut_off_is_no_complete_judgement() {
+    let mut trace = Trace::new(&[5]);
+    trace.start(5);
+    trace.recording.cut_off("packet 17 is not whole");
+    let report = trace.recording.report(Row::ALL);
+    assert_eq!(report.count(Verdict::Fail) + report.count(Verdict::Warn), 0, "{report}");
     assert!(report.ending.to_string().ends_with("judged as far as it goes: packet 17 is not whole"));
+    assert_eq!(report.outcome(), Outcome::NotFinished(report.ending.to_string()));
 }
 
 #[test]

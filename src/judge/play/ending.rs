@@ -74,11 +74,12 @@ pub enum Ending {
 }
 
 impl Ending {
-    /// Whether everything that was to be tried was tried.
+    /// Whether everything that was to be tried was tried, and a recording was read to its end.
     pub const fn is_complete(&self) -> bool {
         match self {
-            Self::Done | Self::Read | Self::Cut { .. } => true,
-            Self::NoMaster
+            Self::Done | Self::Read => true,
+            Self::Cut { .. }
+            | Self::NoMaster
             | Self::Silent { .. }
             | Self::Noise
             | Self::Flood
