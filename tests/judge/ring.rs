@@ -71,6 +71,19 @@ fn a_row_of_the_ring_is_judged_alone() {
     }
 }
 
+/// When a configured station is asked for its FDL status tells nothing of the GAP factor.
+#[test]
+fn a_gap_of_configured_stations_has_no_gap_factor() {
+    for (hsa, expected) in [(5, Verdict::NotJudged), (12, Verdict::Pass)] {
+        let settings = Settings { token: true, hsa, ..Settings::new(&[0, 1, 3, 4, 5], SLOT) };
+        let report = judged(settings, &[Row::K05]);
+        assert_eq!(verdict(&report, Row::K05), expected, "HSA {hsa}: {report}");
+        let says_so =
+            report.judgements[0].reason.starts_with("does not apply: every address of the GAP is one");
+        assert_eq!(says_so, expected == Verdict::NotJudged, "HSA {hsa}: {report}");
+    }
+}
+
 #[test]
 fn a_master_that_passes_no_token_has_no_second_master() {
     let report = judged(Settings { token: false, ..in_ring() }, &rows(&["M-R*"]));
