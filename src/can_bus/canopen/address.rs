@@ -84,6 +84,12 @@ impl Address {
     pub const fn pair(self) -> (u16, u8) {
         (self.index.0, self.sub.0)
     }
+
+    /// Whether it is of 1010h or 1011h: a signature is written there, and what the device can is read.
+    #[cfg(feature = "std")]
+    pub(crate) const fn takes_signature(self) -> bool {
+        matches!(self.pair(), (0x1010 | 0x1011, 1..))
+    }
 }
 
 impl fmt::Display for Address {

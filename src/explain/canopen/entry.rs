@@ -48,7 +48,7 @@ pub(super) fn in_words(node: &Learned, at: Address, octets: &[u8]) -> String {
     match at.pair() {
         (0x1005 | 0x1014, 0) | (0x1400..=0x15FF | 0x1800..=0x19FF, 1) => cob_id(CobId(bits)),
         (0x1600..=0x17FF | 0x1A00..=0x1BFF, 1..) => mapped(node, bits),
-        (0x1010 | 0x1011, 1..) => signature(octets),
+        (0.., 0..) if at.takes_signature() => signature(octets),
         (0x1001, 0) => register(node, bits.to_le_bytes()[0]),
         (0x1003, 1..) | (0x603F, 0) => {
             let [low, high, a, b] = bits.to_le_bytes();
