@@ -455,6 +455,33 @@ fn a_drive_removed_and_added_again_is_as_it_was_however_slow_the_disk() {
     assert_eq!(stored_v_pos(folder.path()), 99);
 }
 
+/// As with the DIP switches: silent, its parameters reset, its address as before.
+#[test]
+fn a_factory_reset_of_a_drive_from_the_command_line_is_in_its_image() {
+    let folder = tempfile::tempdir().unwrap();
+    let state = opened(folder.path());
+    let mut drive = state.load(config(), Instant::ZERO).unwrap();
+    set_v_pos(&mut drive, 71);
+    drop(drive);
+    drop(state);
+    assert_eq!(stored_v_pos(folder.path()), 71);
+    let arguments = ["--state-dir", folder.path().to_str().unwrap()];
+    let with = |drive: &str| Emulator::start(&[&arguments[..], &["--drive", drive]].concat());
+    let (code, log) = ended(with("5,reset=all"));
+    assert_eq!(code, Some(0), "{log}");
+    assert!(log.contains("all parameters are back at their factory settings"), "{log}");
+    assert_eq!(stored_v_pos(folder.path()), 30);
+    assert_eq!(ended(with("5")).0, Some(0));
+    assert_eq!(stored_v_pos(folder.path()), 30);
+    let line = folder.path().join("line.toml");
+    let drive = "[[line.drive]]\naddress = 5\nreset = \"all\"\nvalues = { v-Pos = 40 }\n";
+    fs::write(&line, format!("[[line]]\nlink = \"tcp:127.0.0.1:0\"\n{drive}")).unwrap();
+    let output = emulate(&["--line", line.to_str().unwrap(), "--check"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains("a drive with 'reset' has its defaults"), "{said}");
+}
+
 #[test]
 fn a_file_belongs_to_one_drive_wherever_its_dip_switches_take_it() {
     let folder = tempfile::tempdir().unwrap();

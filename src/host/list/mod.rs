@@ -48,8 +48,6 @@ pub use wrong::Wrong;
 use crate::devices::ag03;
 use crate::devices::ag03::canopen::Ag03Node;
 use crate::devices::ag03::param::Model;
-use crate::devices::ag03::unit::DipSwitches;
-use crate::devices::ag03::unit::dip::ResetPatterns;
 use crate::devices::ap10;
 use crate::devices::ap10::canopen::Ap10;
 use crate::devices::asda_a2;
@@ -64,14 +62,14 @@ pub static DEVICES: &[Device] = &[
     Device::Slave(Slave {
         name: "ag03-1",
         group: Group::Drive,
-        choices: &[GEAR, QUIRKS, VALUES],
+        choices: &[GEAR, RESET, QUIRKS, VALUES],
         quirks: || rows(ag03::profibus::QUIRKS),
         prepare: |spec| slaves::ag03(spec, Model::Ag03_1),
     }),
     Device::Slave(Slave {
         name: "ag03",
         group: Group::Drive,
-        choices: &[GEAR, QUIRKS, VALUES],
+        choices: &[GEAR, RESET, QUIRKS, VALUES],
         quirks: || rows(ag03::profibus::QUIRKS),
         prepare: |spec| slaves::ag03(spec, Model::Ag03),
     }),
@@ -179,14 +177,8 @@ pub static DEVICES: &[Device] = &[
                 ag03::canopen::Config { gear, eeprom: memory, ..ag03::canopen::Config::new(node) };
             choices.apply(ag03::canopen::QUIRKS, &mut config);
             let mut device = Ag03Node::new(config, now).unsupplied(now);
-            if let Some(set) = choices.word("reset") {
-                let ResetPatterns { all, standard, controller } = config.reset_patterns;
-                let pattern = match set {
-                    "standard" => standard,
-                    "controller" => controller,
-                    _ => all,
-                };
-                device.set_switches(DipSwitches::from_bits(pattern.into()).with_reset(true));
+            if let Some(switches) = slaves::reset(choices, config.reset_patterns) {
+                device.set_switches(switches);
             }
             Box::new(device)
         },

@@ -9,6 +9,8 @@ use thiserror::Error;
 use super::{Choice, Choices, Group, QuirkRow, Spec, Wrong, acyclic, inputs, named, timed};
 use crate::devices::ag03::param::{self, Access, Model, Pnu, Value, Width};
 use crate::devices::ag03::profibus::{Config, Device, Gear, QUIRKS};
+use crate::devices::ag03::unit::DipSwitches;
+use crate::devices::ag03::unit::dip::ResetPatterns;
 use crate::devices::ppo_drive::profibus::{CONFIGURATIONS, Family, IDENT_NUMBER, PpoDrive, PpoOnly, Shape};
 #[cfg(feature = "parameters")]
 use crate::devices::ppo_drive::table::TableError;
@@ -125,6 +127,16 @@ pub(super) fn gear(choices: &Choices) -> Gear {
     }
 }
 
+/// The DIP switches of the factory reset that an AG03 or AG03/1 begins with.
+pub(super) fn reset(choices: &Choices, patterns: ResetPatterns) -> Option<DipSwitches> {
+    let pattern = match choices.word("reset")? {
+        "standard" => patterns.standard,
+        "controller" => patterns.controller,
+        _ => patterns.all,
+    };
+    Some(DipSwitches::from_bits(pattern.into()).with_reset(true))
+}
+
 /// An AG03 or AG03/1.
 pub(super) fn ag03(spec: &Spec, model: Model) -> Result<Prepared, Wrong> {
     let mut config = Config { model, gear: gear(&spec.choices), ..Config::new(spec.address()) };
@@ -139,6 +151,10 @@ pub(super) fn ag03(spec: &Spec, model: Model) -> Result<Prepared, Wrong> {
         written.map_err(|error| wrong(format!("'{name}': {error}")))?;
         values.push((pnu, value));
     }
+    let reset = reset(&spec.choices, config.reset_patterns);
+    if reset.is_some() && !values.is_empty() {
+        return Err(Wrong::at("values", "a drive with 'reset' has its defaults: leave one of them out"));
+    }
     let address = spec.address();
     let about = format!("SIKO {}, gear {}:1, at address {address}", model.product_name(), config.gear);
     Ok(Prepared::new(about, move |ground, _| {
@@ -149,6 +165,14 @@ pub(super) fn ag03(spec: &Spec, model: Model) -> Result<Prepared, Wrong> {
         for (pnu, value) in values {
             let written = device.unit_mut().write_parameter(ground.now, pnu, None, value);
             written.map_err(|error| MakeError::Refused(format!("drive {address}: PNU {pnu}: {error}")))?;
+        }
+        if let Some(switches) = reset {
+            // The switches are read when it is switched on, and the address of a reset stays that from before.
+            device.act(ground.now, |device| {
+                device.power_off(ground.now);
+                device.set_switches(switches);
+                device.power_on(ground.now);
+            });
         }
         Ok(Box::new(device))
     }))
