@@ -55,6 +55,14 @@ impl Chance {
             && until.is_none_or(|until| now < self.added.saturating_add(until))
     }
 
+    /// When that changes next behind `now`.
+    #[cfg(feature = "std")]
+    pub(crate) fn next_change(&self, now: Instant) -> Option<Instant> {
+        let When { from, until, .. } = self.when;
+        let at = |after| self.added.saturating_add(after);
+        [Some(at(from)), until.map(at)].into_iter().flatten().filter(|change| *change > now).min()
+    }
+
     /// Counts an occasion, and says whether the fault is injected now.
     pub(crate) fn strikes(&mut self) -> bool {
         let When { at, count, rate, .. } = self.when;

@@ -30,7 +30,7 @@ use crate::explain::Known;
 use crate::face::Description;
 use crate::face::description::Supply;
 use crate::face::surroundings::Surroundings;
-use crate::host::fault::{BusKind, Rule};
+use crate::host::fault::{BusKind, Listed, Rule};
 use crate::host::list::Spec;
 use crate::host::{Bus, Presence};
 use crate::time::{BaudRate, Instant};
@@ -131,7 +131,7 @@ pub(super) trait OnLine {
     ///
     /// # Errors
     /// 409: the line cannot have faults.
-    fn faults(&self) -> Result<Vec<(u32, Rule, u32)>, Problem>;
+    fn faults(&self) -> Result<Vec<Listed>, Problem>;
 
     /// Whether those are there that a fault is for.
     ///

@@ -457,7 +457,8 @@ fn faults_come_and_go_while_the_bus_runs_and_are_counted() {
     assert_eq!((rig.master.sdo(6, read), rig.master.sdo(6, read)), (refusal.to_owned(), refusal.to_owned()));
     assert!(rig.master.sdo(6, read).starts_with("43"), "twice and no more");
     assert!(rig.master.sdo(5, read).starts_with("43"));
-    let listed = json!({"number": 1, "fault": "sdo-abort=08000020,count=2,node=6", "injected": 2});
+    let listed =
+        json!({"number": 1, "fault": "sdo-abort=08000020,count=2,node=6", "injected": 2, "may_act": true});
     assert_eq!(rig.emulator.get(bus)["faults"], json!([listed]));
     assert_eq!(rig.emulator.get("/api/v1/lines/line")["faults"], json!([listed]));
 

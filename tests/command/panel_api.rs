@@ -350,7 +350,10 @@ fn faults_come_on_the_line_and_go_while_the_bus_runs() {
     let faults = "/api/v1/lines/line/faults";
     let first = emulator.send("POST", faults, &json!({ "fault": "noise=2,count=3" }));
     assert_eq!(first.status, 201);
-    assert_eq!(first.json(), json!({ "number": 1, "fault": "noise=2,count=3", "injected": 0 }));
+    assert_eq!(
+        first.json(),
+        json!({ "number": 1, "fault": "noise=2,count=3", "injected": 0, "may_act": true })
+    );
     // What a master makes of it is its concern: here it is only counted.
     let list = emulator.set(
         "PUT",

@@ -1,5 +1,7 @@
 //! HTTP control of a station from a GSD.
 
+use std::time::{Duration, Instant};
+
 use serde_json::{Value, json};
 
 use crate::panel::Emulator;
@@ -382,4 +384,53 @@ fn the_stream_of_a_station_tells_its_state_and_ends_with_it() {
         last = data;
     }
     assert_eq!(last["kind"], json!("removed"));
+}
+
+fn may_act(emulator: &Emulator, wanted: &[bool]) {
+    let start = Instant::now();
+    loop {
+        let list = emulator.get("/api/v1/lines/line/faults");
+        let told = list["faults"].as_array().unwrap().iter().map(|fault| fault["may_act"].as_bool().unwrap());
+        if told.eq(wanted.iter().copied()) {
+            return;
+        }
+        assert!(start.elapsed() < Duration::from_secs(20), "{wanted:?}: {list}");
+    }
+}
+
+/// Though no master says anything, HTTP and log tell when a fault may act.
+#[test]
+fn the_times_and_the_condition_of_a_fault_are_told_on_a_silent_line() {
+    let gsd = format!("7,gsd={}/tests/gsd/remote_io.gsd", env!("CARGO_MANIFEST_DIR"));
+    let emulator = Emulator::logging(&[
+        "--station",
+        &gsd,
+        "--fault",
+        "no-reply,from=100ms",
+        "--fault",
+        "no-reply,until=100ms",
+        "--fault",
+        "no-reply,while=7/1/0/bit0=1",
+    ]);
+    may_act(&emulator, &[true, false, false]);
+    let input = "/api/v1/stations/7/inputs/1/0/bit0";
+    emulator.set("PUT", input, &json!({ "value": 1 }));
+    may_act(&emulator, &[true, false, true]);
+    emulator.set("PUT", input, &json!({ "value": 0 }));
+    may_act(&emulator, &[true, false, false]);
+    let log = emulator.log().join("\n");
+    for words in
+        ["from=100ms: may act from now on", "until=100ms: acts no longer", "=1: may act", "=1: acts no"]
+    {
+        assert!(log.contains(words), "{words}: {log}");
+    }
+
+    let node = ["--link", "slcan-tcp:127.0.0.1:0", "--node", "5"];
+    let times = ["--fault", "frame-lost,from=100ms", "--fault", "sdo-lost,until=100ms"];
+    let emulator = Emulator::logging(&[node, times].concat());
+    may_act(&emulator, &[true, false]);
+    let log = emulator.log().join("\n");
+    for words in ["from=100ms: may act from now on", "until=100ms: acts no longer"] {
+        assert!(log.contains(words), "{words}: {log}");
+    }
 }

@@ -261,7 +261,7 @@ impl<E: 'static> Bus<E> {
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Instant> {
         let stations = self.deadlines.iter().flatten().min().copied();
-        Instant::first_of(stations, self.poll_wire())
+        Instant::first_of(Instant::first_of(stations, self.poll_wire()), self.faults.next_change())
     }
 
     /// The oldest news not taken yet.
@@ -301,6 +301,7 @@ impl<E: 'static> Bus<E> {
             let oldest = Instant::from_nanos(now.as_nanos().saturating_sub(crate::time::nanos(CATCH_UP)));
             let at = due.max(oldest).max(self.now);
             self.now = at;
+            self.faults.look(at);
             self.end_frame(at);
             self.wake(at);
             self.settle(at);

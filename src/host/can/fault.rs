@@ -7,7 +7,7 @@ use core::time::Duration;
 
 use super::bus::{Damage, Seat};
 use crate::can_bus::can::Frame;
-use crate::host::fault::{Kind, List, Rule};
+use crate::host::fault::{Kind, List, Listed, Rule};
 use crate::time::Instant;
 
 /// What happens to a frame.
@@ -43,9 +43,19 @@ pub(super) enum Strike {
 }
 
 impl Faults {
-    /// Each fault with its number and how often it was injected on the bus.
-    pub(crate) fn iter(&self) -> impl Iterator<Item = (u32, Rule, u32)> + '_ {
+    /// Each fault with what has become of it on the bus.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = Listed> + '_ {
         self.list.iter()
+    }
+
+    /// Which may act at `now`.
+    pub(super) fn look(&mut self, now: Instant) {
+        self.list.look(now, |_| true);
+    }
+
+    /// When to look again.
+    pub(super) fn next_change(&self) -> Option<Instant> {
+        self.list.next_change()
     }
 
     /// Adds a fault behind the others, for the frames of whoever sends. Returns its number, by which it is removed.

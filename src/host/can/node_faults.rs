@@ -4,7 +4,7 @@ use super::{Bus, Seat, StoredNode};
 use crate::can_bus::canopen::NodeId;
 use crate::can_bus::canopen::faults::{MAX_FAULTS, TooMany};
 use crate::devices::CanopenEvent;
-use crate::host::fault::{Kind, Rule};
+use crate::host::fault::{Kind, Listed, Rule};
 use crate::time::Instant;
 
 /// The faults of a bus with nodes: those of frames act on the bus, those of nodes in each [`StoredNode`] they are for.
@@ -30,7 +30,7 @@ impl Bus<CanopenEvent> {
 
     /// Gives a node that is not on the bus yet what is for it, so that its boot-up is concerned, and the board of the bus.
     pub(crate) fn add_faults_to(&self, now: Instant, node: &mut StoredNode) {
-        for (number, rule, _) in self.faults().iter() {
+        for Listed { number, rule, .. } in self.faults().iter() {
             add(now, node, number, rule);
         }
         if let Some(board) = &self.board {
@@ -56,13 +56,16 @@ impl Bus<CanopenEvent> {
     }
 
     /// Each fault with its number and how often it was injected, on the bus and in all nodes together.
-    pub(crate) fn list_faults(&self) -> Vec<(u32, Rule, u32)> {
+    pub(crate) fn list_faults(&self) -> Vec<Listed> {
         let seats = nodes(self);
         let in_nodes = |number| {
             let nodes = seats.iter().filter_map(|(seat, _)| self.participant::<StoredNode>(*seat));
             nodes.map(|node| node.injected(number)).fold(0, u32::saturating_add)
         };
-        let all = |(number, rule, on_bus): (u32, Rule, u32)| (number, rule, on_bus + in_nodes(number));
+        let all = |on_bus: Listed| {
+            let injected = on_bus.injected.saturating_add(in_nodes(on_bus.number));
+            Listed { injected, ..on_bus }
+        };
         self.faults().iter().map(all).collect()
     }
 }

@@ -14,6 +14,18 @@ pub(crate) struct List<S> {
     last: u32,
 }
 
+/// A fault as it is listed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Listed {
+    /// Its number, with which it is removed.
+    pub(crate) number: u32,
+    pub(crate) rule: Rule,
+    /// How often it was injected.
+    pub(crate) injected: u32,
+    /// Whether its times and its condition let it act now.
+    pub(crate) may_act: bool,
+}
+
 /// A fault, and what it has seen and done.
 #[derive(Debug)]
 pub(crate) struct Active<S> {
@@ -22,6 +34,8 @@ pub(crate) struct Active<S> {
     pub(crate) chance: Chance,
     /// Whether it might act when that was asked last; without times and condition always.
     open: bool,
+    /// When its times change that next.
+    change: Option<Instant>,
     pub(crate) seen: S,
 }
 
@@ -32,16 +46,36 @@ impl<S> Default for List<S> {
 }
 
 impl<S> List<S> {
-    /// Each fault with its number and how often it was injected.
-    pub(crate) fn iter(&self) -> impl Iterator<Item = (u32, Rule, u32)> + '_ {
-        self.active.iter().map(|active| (active.number, active.rule, active.chance.injected()))
+    /// Each fault with what has become of it.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = Listed> + '_ {
+        self.active.iter().map(|active| Listed {
+            number: active.number,
+            rule: active.rule,
+            injected: active.chance.injected(),
+            may_act: active.open,
+        })
+    }
+
+    /// Looks which may act now, without an occasion; `holds` says whether what one waits for is there.
+    pub(crate) fn look(&mut self, now: Instant, holds: impl Fn(&Active<S>) -> bool) {
+        for active in &mut self.active {
+            let holds = holds(active);
+            active.may_act(now, holds);
+        }
+    }
+
+    /// When to look again.
+    pub(crate) fn next_change(&self) -> Option<Instant> {
+        self.active.iter().filter_map(|active| active.change).min()
     }
 
     /// Adds a fault behind the others. Returns its number, which is not given twice.
     pub(crate) fn add(&mut self, now: Instant, rule: Rule, seen: S) -> u32 {
         self.last = self.last.saturating_add(1);
         let open = rule.when.from.is_zero() && rule.while_input.is_none();
-        self.active.push(Active { number: self.last, rule, chance: Chance::new(rule.when, now), open, seen });
+        let chance = Chance::new(rule.when, now);
+        let change = chance.next_change(now);
+        self.active.push(Active { number: self.last, rule, chance, open, change, seen });
         self.last
     }
 
@@ -72,6 +106,7 @@ impl<S> Active<S> {
     /// Whether it may act now: its times, and `holds` of what it waits for. Logs when that changes.
     pub(crate) fn may_act(&mut self, now: Instant, holds: bool) -> bool {
         let open = self.chance.is_open(now) && holds;
+        self.change = self.chance.next_change(now);
         if core::mem::replace(&mut self.open, open) != open {
             let words = if open { "may act from now on" } else { "acts no longer" };
             tracing::info!("fault on purpose: {}: {words}", self.rule);

@@ -39,7 +39,7 @@ mod text;
 pub use condition::{Condition, Switch, While};
 pub(crate) use kinds::Kind;
 pub use kinds::{Row, Way};
-pub(crate) use list::{Active, List};
+pub(crate) use list::{Active, List, Listed};
 pub(crate) use parameter::duration;
 pub(crate) use parameter::{DiagOctets, FramePart};
 pub use text::RuleError;

@@ -36,7 +36,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::io;
 
 use super::pieces::{Piece, Pieces};
-use crate::host::fault::{List, Rule, Switch};
+use crate::host::fault::{List, Listed, Rule, Switch};
 use crate::host::{Clock, Link, Received, Stop, fault};
 use crate::profibus::fdl::telegram::{Decoded, decode};
 use crate::profibus::fdl::{Address, DataTelegram, Function, MAX_TELEGRAM_LEN, Telegram};
@@ -94,7 +94,7 @@ impl<L: Link, C: Clock> Faulty<L, C> {
 
     /// How often each fault was injected, in the order given.
     pub fn injected(&self) -> impl Iterator<Item = (Rule, u32)> + '_ {
-        self.faults.iter().map(|(_, rule, injected)| (rule, injected))
+        self.faults.list.iter().map(|listed| (listed.rule, listed.injected))
     }
 
     /// The faults, to change them while the drives run.
@@ -107,9 +107,11 @@ impl<L: Link, C: Clock> Faulty<L, C> {
         self.faults.is_empty() && self.heard.is_empty() && self.pieces.len() == 0 && self.late.is_empty()
     }
 
-    /// When to call [`Link::receive`] again although nothing arrived: something held back is due then.
+    /// When to call [`Link::receive`] again although nothing arrived: something held back is due then, or a
+    /// fault may act from then on or no longer.
     pub(crate) fn poll_timeout(&self) -> Option<Instant> {
-        [self.next_late(), self.pieces.poll_timeout()].into_iter().flatten().min()
+        let own = [self.next_late(), self.pieces.poll_timeout(), self.faults.list.next_change()];
+        own.into_iter().flatten().min()
     }
 
     /// Sends what was held back until now.
@@ -163,6 +165,11 @@ pub struct Faults {
 impl Faults {
     /// Each fault with its number and how often it was injected.
     pub fn iter(&self) -> impl Iterator<Item = (u32, Rule, u32)> + '_ {
+        self.list.iter().map(|listed| (listed.number, listed.rule, listed.injected))
+    }
+
+    /// Each fault with what has become of it, as far as the line has come.
+    pub(crate) fn listed(&self) -> impl Iterator<Item = Listed> + '_ {
         self.list.iter()
     }
 
@@ -234,6 +241,7 @@ impl<L: Link, C: Clock> Link for Faulty<L, C> {
             return self.link.receive(buf);
         }
         let now = self.clock.now();
+        self.faults.list.look(now, Active::holds);
         self.send_late(now)?;
         loop {
             let count = self.take(buf);
@@ -365,8 +373,13 @@ struct HeldCfg {
 impl Active {
     /// Whether it may act now.
     fn is_open(&mut self, now: Instant) -> bool {
-        let holds = self.rule.while_input.is_none() || self.seen.switch.is_on();
+        let holds = self.holds();
         self.may_act(now, holds)
+    }
+
+    /// Whether what it waits for is there.
+    fn holds(&self) -> bool {
+        self.rule.while_input.is_none() || self.seen.switch.is_on()
     }
 
     /// Whether it is for this station, service, state and repetition.

@@ -15,7 +15,7 @@ use crate::face::Description;
 use crate::face::description::Supply;
 use crate::host::StateDir;
 use crate::host::can::{Bus, Product, Seat, StoredNode};
-use crate::host::fault::{BusKind, Rule};
+use crate::host::fault::{BusKind, Listed, Rule};
 use crate::host::list::{Group, Spec};
 use crate::panel::dictionary;
 use crate::panel::objects::whole;
@@ -208,8 +208,8 @@ impl OnLine for NodeAccess<'_> {
         self.bus.remove(self.now, seat);
         self.bus.reseat_faults();
         // Those that wait for this node go on waiting.
-        for (_, fault, _) in self.bus.faults().iter() {
-            if let Err(absent) = fault.check(self.addresses()) {
+        for listed in self.bus.faults().iter() {
+            if let Err(absent) = listed.rule.check(self.addresses()) {
                 tracing::warn!("{absent}");
             }
         }
@@ -240,7 +240,7 @@ impl OnLine for NodeAccess<'_> {
         None
     }
 
-    fn faults(&self) -> Result<Vec<(u32, Rule, u32)>, Problem> {
+    fn faults(&self) -> Result<Vec<Listed>, Problem> {
         Ok(self.bus.list_faults())
     }
 

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::super::description::Problems;
 use super::super::problem::{Body, PathOf, Problem};
 use super::OnLine;
-use crate::host::fault::Rule;
+use crate::host::fault::{Listed, Rule};
 use crate::panel::routes::OfLineName;
 
 /// Faults of a line at most.
@@ -24,6 +24,15 @@ pub(in crate::panel) struct FaultState {
     fault: String,
     /// How often it was injected.
     injected: u32,
+    /// Whether its times and its condition let it act now.
+    may_act: bool,
+}
+
+impl From<Listed> for FaultState {
+    fn from(listed: Listed) -> Self {
+        let Listed { number, rule, injected, may_act } = listed;
+        Self { number, fault: rule.to_string(), injected, may_act }
+    }
 }
 
 /// The faults on the line.
@@ -146,19 +155,18 @@ fn add_one(lent: &mut dyn OnLine, rule: Rule) -> Result<FaultState, Problem> {
     }
     let number = lent.add_fault(rule)?;
     tracing::warn!("fault on purpose: {rule}");
-    Ok(FaultState { number, fault: rule.to_string(), injected: 0 })
+    let added = lent.faults()?.into_iter().find(|listed| listed.number == number);
+    added.map(FaultState::from).ok_or_else(|| Problem::not_found(format!("fault {number} is gone again")))
 }
 
 fn remove_all(lent: &mut dyn OnLine) -> Result<(), Problem> {
-    for (number, ..) in lent.faults()? {
-        lent.remove_fault(number);
+    for listed in lent.faults()? {
+        lent.remove_fault(listed.number);
     }
     Ok(())
 }
 
 /// The faults as they are shown.
 pub(super) fn states(lent: &dyn OnLine) -> Result<Vec<FaultState>, Problem> {
-    let state =
-        |(number, rule, injected): (u32, Rule, u32)| FaultState { number, fault: rule.to_string(), injected };
-    Ok(lent.faults()?.into_iter().map(state).collect())
+    Ok(lent.faults()?.into_iter().map(FaultState::from).collect())
 }

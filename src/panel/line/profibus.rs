@@ -9,7 +9,7 @@ use super::{Act, Acted, OnLine, Silent, Station, in_one_line, no_station};
 use crate::explain::Known;
 use crate::face::Description;
 use crate::face::description::{Amount, Group, Supply, Value};
-use crate::host::fault::{BusKind, Rule, While};
+use crate::host::fault::{BusKind, Listed, Rule, While};
 use crate::host::link::fault::Faults;
 use crate::host::list::{self, Ground, MakeError, Spec};
 use crate::host::{Appearance, Bus, StateDirError};
@@ -234,8 +234,8 @@ impl OnLine for BusAccess<'_> {
         Some(self.bus.baud())
     }
 
-    fn faults(&self) -> Result<Vec<(u32, Rule, u32)>, Problem> {
-        self.faults.as_ref().map(|faults| faults.iter().collect()).ok_or_else(no_faults)
+    fn faults(&self) -> Result<Vec<Listed>, Problem> {
+        self.faults.as_ref().map(|faults| faults.listed().collect()).ok_or_else(no_faults)
     }
 
     fn check_fault(&self, rule: &Rule) -> Result<(), Problem> {

@@ -145,7 +145,7 @@ class Faults {
       const injected = html("span", { class: "muted" });
       const remove = button("Remove", () => act("DELETE", `${path}/faults/${number}`), { "aria-label": `Remove ${fault}` });
       const element = html("li", {}, html("span", { class: "mono" }, fault), html("span", { class: "group" }, injected, remove));
-      return { element, show: ({ injected: count }) => say(injected, `injected ${many(count, "time")}`) };
+      return { element, show: ({ injected: count, may_act }) => say(injected, `${may_act ? "" : "does not act now, "}injected ${many(count, "time")}`) };
     });
   }
 

@@ -279,7 +279,7 @@ fn frames_are_lost_late_and_doubled() {
         let ids: Vec<_> = heard(&mut bus, other).iter().map(|frame| frame.id().number()).collect();
         assert_eq!(ids, expected, "{kind}");
         assert_eq!(heard(&mut bus, one), [], "{kind}: nobody hears himself, not even late");
-        assert_eq!(bus.faults_mut().iter().map(|(.., injected)| injected).sum::<u32>(), 1);
+        assert_eq!(bus.faults_mut().iter().map(|listed| listed.injected).sum::<u32>(), 1);
     }
 }
 
