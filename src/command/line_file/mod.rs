@@ -296,6 +296,11 @@ mod tests {
                 "counts nothing",
             ),
             (
+                input("behaviour = 'compare'\nof = '1/0/bit0'\nis = 1\nabove = 2"),
+                "10, column 13",
+                "expected one of is, above, below",
+            ),
+            (
                 input("behaviour = 'ramp'\nfrom = {a=1}\nto = 1\ntime = '5s'"),
                 "11, column 8",
                 "from: expected a number, not a table",

@@ -4,7 +4,7 @@ use serde_json::{Map, Value, json};
 use utoipa::openapi::{RefOr, Schema};
 
 use super::acyclic::ACCESS;
-use super::signals::{BEHAVIOUR, Holds, KINDS};
+use super::signals::{BEHAVIOUR, Holds, KINDS, LIMITS};
 use super::timed::{AREA, DIRECTIONS, KEYS, TIMES, WIDTHS};
 use super::{Choice, Group, Takes};
 use crate::process::ValueType;
@@ -158,12 +158,15 @@ fn signal(own: &[(&str, &Value)], required: &[&str], value: &Value) -> Value {
             Some(_) => json!({ "of": { "type": "array" } }),
             None => json!({}),
         };
+        let compares = LIMITS.iter().all(|limit| keys.contains(limit));
+        let mut then = json!({
+            "description": kind.about, "required": needed, "propertyNames": { "enum": keys }, "properties": single
+        });
+        if let (true, Some(then)) = (compares, then.as_object_mut()) {
+            then.insert("oneOf".to_owned(), LIMITS.map(|limit| json!({ "required": [limit] })).into());
+        }
         rules.push(json!({
-            "if": { "properties": { BEHAVIOUR: { "const": kind.name } }, "required": is_needed },
-            "then": {
-                "description": kind.about, "required": needed, "propertyNames": { "enum": keys },
-                "properties": single
-            }
+            "if": { "properties": { BEHAVIOUR: { "const": kind.name } }, "required": is_needed }, "then": then
         }));
     }
     // What a value of each type may be, where no arithmetic decides it.

@@ -20,6 +20,9 @@ pub(crate) struct Kind {
     make: fn(&Keys<'_>) -> Result<Source<Given>, Wrong>,
 }
 
+/// The keys of which a comparison has one.
+pub(crate) const LIMITS: [&str; 3] = ["is", "above", "below"];
+
 /// Something by which a signal is given.
 #[derive(Clone, Copy)]
 pub(crate) struct Key {
@@ -381,7 +384,7 @@ impl Keys<'_> {
     }
 
     fn condition(&self) -> Result<Condition, Wrong> {
-        let limits = ["is", "above", "below"].map(|key| self.given(key).map(|given| number(key, given)));
+        let limits = LIMITS.map(|key| self.given(key).map(|given| number(key, given)));
         match limits {
             [Some(limit), None, None] => Ok(Condition::Is(limit?)),
             [None, Some(limit), None] => Ok(Condition::Above(limit?)),
