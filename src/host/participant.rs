@@ -258,7 +258,16 @@ impl Participant for Device {
     }
 }
 
+/// Asked with each telegram and in each application cycle, nearly always in vain.
+#[inline(always)]
 fn pass_on(device: &mut Device, news: &mut dyn FnMut(StationEvent)) {
+    if device.has_events() {
+        pass_waiting(device, news);
+    }
+}
+
+#[inline(never)]
+fn pass_waiting(device: &mut Device, news: &mut dyn FnMut(StationEvent)) {
     while let Some(event) = device.poll_event() {
         news(event.of_any());
     }

@@ -380,20 +380,20 @@ impl Drive {
 
     fn on_plant(&mut self, settings: &Settings) {
         let Supplies { control: control_supply, ok: supply_ok, output_stage, .. } = self.supplies;
-        let output_stage_returned = output_stage && !self.previous_output_stage;
         let causes = self.causes();
         let torque_exceeded = settings
             .torque_deactivation()
             .is_some_and(|percent| self.plant.torque_percent() > f64::from(percent));
-        let in_order = supply_ok && output_stage && causes.is_empty() && !torque_exceeded;
-        if in_order && !output_stage_returned && !matches!(self.state, State::Off | State::NotReady) {
+        let supplied = supply_ok && output_stage && self.previous_output_stage;
+        let in_order = supplied && causes.is_empty() && !torque_exceeded;
+        if in_order && !matches!(self.state, State::Off | State::NotReady) {
             return;
         }
         let conditions = Conditions {
             control_supply,
             supply_ok,
             output_stage,
-            output_stage_returned,
+            output_stage_returned: output_stage && !self.previous_output_stage,
             fault_cause: !causes.is_empty(),
             torque_exceeded,
             torque_discards_job: self.quirks.torque_discards_job,

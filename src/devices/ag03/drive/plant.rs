@@ -183,6 +183,8 @@ pub(super) struct Plant {
     torque_per_ampere: f64,
     back_emf: f64,
     inertia: f64,
+    /// Half the range of the encoder, increments.
+    encoder_half: f64,
     /// In ns.
     lag_time: u64,
     blocked_time: u64,
@@ -208,6 +210,7 @@ impl Plant {
             torque_per_ampere: constants.torque_per_ampere * ratio,
             back_emf: constants.back_emf * ratio * rpm(1.0),
             inertia: constants.inertia * ratio * ratio * core::f64::consts::TAU / INCREMENTS_PER_REVOLUTION,
+            encoder_half: 0.5 * constants.encoder_revolutions * INCREMENTS_PER_REVOLUTION,
             lag_time: in_nanos(constants.lag_time),
             blocked_time: in_nanos(constants.blocked_time),
             torque: 0.0,
@@ -232,7 +235,7 @@ impl Plant {
 
     /// Half the range of the encoder, increments.
     pub(super) fn encoder_half(&self) -> f64 {
-        0.5 * self.constants.encoder_revolutions * INCREMENTS_PER_REVOLUTION
+        self.encoder_half
     }
 
     /// Whether `volts` are a supply.

@@ -93,8 +93,11 @@ impl Settings {
     }
 
     /// The threshold of the torque, %; `None` = off (125).
-    pub(super) fn torque_deactivation(&self) -> Option<u16> {
-        Some(self.word(Parameter::TorqueDeactivation)).filter(|&percent| percent < 125)
+    pub(super) fn torque_deactivation(&self) -> Option<i32> {
+        match self.number(Parameter::TorqueDeactivation) {
+            percent @ 0..125 => Some(percent),
+            ..0 | 125.. => None,
+        }
     }
 }
 

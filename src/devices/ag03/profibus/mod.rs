@@ -442,6 +442,13 @@ impl Device {
         self.part.station.slave().watchdog_on()
     }
 
+    /// Whether [`Device::poll_event`] has one.
+    #[cfg(feature = "std")]
+    #[inline]
+    pub(crate) fn has_events(&self) -> bool {
+        !self.part.events.is_empty()
+    }
+
     /// The oldest event not taken yet. Changes with every `handle_*` and `poll_transmit`.
     #[must_use]
     #[inline]

@@ -193,11 +193,17 @@ impl<E, const CAPACITY: usize> Queue<E, CAPACITY> {
         }
     }
 
+    /// Whether nothing waits.
+    #[inline]
+    pub(crate) fn is_empty(&self) -> bool {
+        self.events.is_empty() && self.lost == 0
+    }
+
     /// The oldest event; behind the last one how many were lost, if any were.
     #[inline]
     pub(crate) fn pop(&mut self) -> Option<Result<E, u32>> {
         // Asked far more often than anything waits: nothing else is to be done where the caller stands.
-        if self.events.is_empty() && self.lost == 0 { None } else { self.pop_waiting() }
+        if self.is_empty() { None } else { self.pop_waiting() }
     }
 
     #[inline(never)]
