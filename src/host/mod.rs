@@ -43,6 +43,7 @@ use thiserror::Error;
 use crate::profibus::fdl::Address;
 use crate::time::{BaudRate, Instant};
 
+mod ag03;
 mod bus;
 mod by_hand;
 pub mod can;

@@ -3,6 +3,8 @@
 //! The AG03 departs from them in places; its words are in [`bits`](crate::devices::ag03::profibus::bits). [`reasons()`]
 //! says what the words of a drive say against turning.
 
+#[cfg(feature = "std")]
+mod drive_state;
 mod reasons;
 
 pub use reasons::reasons;

@@ -16,6 +16,7 @@ use core::fmt;
 use strum::VariantArray;
 
 use super::words::{ControlWord, CwBit, SwBit};
+use crate::face::DriveState;
 
 /// A state of the drive on CANopen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, VariantArray)]
@@ -160,6 +161,17 @@ impl fmt::Display for State {
             Self::QuickStopActive => "QUICK STOP ACTIVE",
             Self::Fault => "FAULT",
         })
+    }
+}
+
+impl From<State> for DriveState {
+    fn from(state: State) -> Self {
+        match state {
+            State::SwitchOnDisabled => Self::Inhibited,
+            State::ReadyToSwitchOn | State::SwitchedOn => Self::Ready,
+            State::OperationEnabled | State::QuickStopActive => Self::Enabled,
+            State::Fault => Self::Fault,
+        }
     }
 }
 

@@ -8,6 +8,7 @@
 //! | --- | --- |
 //! | `cycle` | `Cycles`: when the next application cycle runs |
 //! | `dip` | [`DipSwitches`]: ten switches |
+//! | `drive_state` | the states of the drive in the words that all devices share |
 //! | `event` | [`Event`]: what has happened in the unit |
 //! | `image` | [`Image`]: what survives power-off, as octets |
 //! | `paced` | what can change in every cycle is told at most once a second |
@@ -31,6 +32,7 @@
 
 mod cycle;
 pub mod dip;
+mod drive_state;
 mod event;
 mod image;
 mod paced;
