@@ -14,8 +14,10 @@
 //! | `plain_node` | [`PlainNode`]: any device on CANopen that has no clock of its own |
 //! | `plain_station` | [`PlainStation`]: any device on PROFIBUS that makes inputs of outputs |
 //! | [`vocabulary`] | what a device on CANopen calls what it says |
-//! | `drive_state` | the states of every machine in the words that all devices share |
+//! | `drive_state` | the states of CiA 402 in the words that all devices share |
 //! | `station_event` | [`StationEvent`]: news of any station on PROFIBUS |
+//! | `named_word` | words of bits by the names of their bits and states |
+//! | `story` | what happens in the story that `profidrive demo` tells of a device |
 //! | `reasons` | what keeps a device from moving whatever it is |
 
 pub mod ag03;
@@ -26,6 +28,7 @@ pub(crate) mod cia402_drive;
 mod drive_state;
 #[cfg(feature = "std")]
 pub mod from_eds;
+pub(crate) mod named_word;
 mod node;
 mod plain_node;
 mod plain_station;
@@ -35,6 +38,7 @@ pub mod profidrive4;
 pub(crate) mod reasons;
 mod servo;
 mod station_event;
+pub(crate) mod story;
 pub mod vocabulary;
 
 pub use node::{CanopenDevice, CanopenEvent, RecallError};

@@ -3,10 +3,12 @@
 use super::{Disturbance, Line, Master};
 use crate::devices::StationEvent;
 use crate::devices::ag03::profibus::{Config, Device, Timing};
+use crate::face::Description;
 use crate::host::fault::{NoStation, Rule};
 use crate::host::link::fault::Faults;
 use crate::host::{Bus, BusEvent, Error, Participant};
 use crate::profibus::fdl::Address;
+use crate::time::Instant;
 
 impl<M: Master> Line<M> {
     /// Connects stations and returns the number of their bus, which counts from 0. Several buses are several devices:
@@ -53,6 +55,25 @@ impl<M: Master> Line<M> {
     pub fn add_drive(&mut self, config: Config) -> Result<(), Error> {
         let config = Config { baud: self.baud, timing: Timing::True, ..config };
         self.add(Device::new(config, self.now))
+    }
+
+    /// Connects a station of any kind to the first bus.
+    ///
+    /// # Errors
+    /// As [`Line::add`].
+    pub(crate) fn add_any(&mut self, station: Box<dyn Participant>) -> Result<(), Error> {
+        let now = self.now;
+        self.stations().connect(now, station, false)
+    }
+
+    /// Does something to what surrounds the station at `address` of the first bus, if there is one.
+    pub(crate) fn with_description<R>(
+        &mut self,
+        address: Address,
+        act: impl FnOnce(&mut dyn Description, Instant) -> R,
+    ) -> Option<R> {
+        let now = self.now;
+        self.stations().with_description(address, |description| act(description, now))
     }
 
     /// The drive at `address`.

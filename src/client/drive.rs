@@ -14,7 +14,6 @@
 //! | `channel` | the parameter channel, shared with the user's jobs |
 //! | `obstacle` | [`Obstacles`]: what is in the way, in words |
 //! | `question` | the parameters the client reads |
-//! | `zsw` | the patterns of the status word |
 
 mod channel;
 mod commanded;
@@ -29,13 +28,11 @@ mod seen;
 mod standstill;
 mod step;
 mod why;
-mod zsw;
 
 pub use channel::Ag03Channel;
 pub use goal::{Goal, GoalError, GoalOutcome, Limits};
 pub use obstacle::{Findings, Obstacle, Obstacles};
 pub use why::Why;
-pub(crate) use zsw::ZswPattern;
 
 use core::time::Duration;
 

@@ -22,7 +22,6 @@ mod pkw;
 mod ppo;
 
 pub use acyclic::{AcyclicAnswer, AcyclicClient, AcyclicError, Heard, NotAsked, ToSend};
-pub(crate) use drive::ZswPattern;
 pub use drive::{
     Ag03Channel, DriveClient, Findings, Goal, GoalError, GoalOutcome, Limits, Obstacle, Obstacles, Why,
 };

@@ -9,11 +9,9 @@ mod words;
 
 use std::io::{self, Write};
 
-use crate::devices::ag03::drive::Mode;
-use crate::devices::ag03::param::Model;
-use crate::devices::ag03::profibus::bits::Word;
-use crate::explain::value::Lengths;
-use crate::explain::{Context, Explanation, HexText, Kind, Mark, Sender, hex};
+use crate::devices::named_word::NamedWords;
+use crate::explain::{Context, Explanation, HexText, Kind, Mark, Mode, Sender, hex};
+use crate::host::list::{DEVICES, Device};
 use crate::profibus::fdl::Address;
 use crate::profibus::ppo::Pkw;
 use serde::Serialize;
@@ -64,32 +62,43 @@ fn build(args: &Encode) -> Result<Explanation, Failure> {
             let (pkw, sender) = pkw::build(what, args.force)?;
             bare(&pkw.to_octets(), sender, mode)?
         }
-        What::Stw(word) => bare(&words::build(words::STW, word, mode)?, Some(Sender::Master), mode)?,
-        What::Zsw(word) => bare(&words::build(words::ZSW, word, mode)?, Some(Sender::Slave), mode)?,
+        What::Stw(word) => {
+            bare(&words::build(&words_of_list()?.stw, word, mode)?, Some(Sender::Master), mode)?
+        }
+        What::Zsw(word) => {
+            bare(&words::build(&words_of_list()?.zsw, word, mode)?, Some(Sender::Slave), mode)?
+        }
         What::Telegram(telegram) => {
             let octets = telegram::build(telegram, mode)?;
             let mut context = Context::with_mode(mode);
             // Whoever asks for a telegram asks for one that such a drive takes.
-            context.know(Address::from_octet(telegram.address), Model::Ag03_1, mode, Lengths::Unknown);
+            context.know_named(Address::from_octet(telegram.address), mode);
             context.telegram(&octets)
         }
     };
-    match reason_against(&explanation) {
+    match reason_against(&explanation)? {
         Some(why) if !args.force => Err(Failure::Usage(format!("{why}; --force builds it nevertheless"))),
         Some(_) | None => Ok(explanation),
     }
 }
 
 /// What is mistaken about it, or which bits of a control word the drive does not look at.
-fn reason_against(explanation: &Explanation) -> Option<String> {
+fn reason_against(explanation: &Explanation) -> Result<Option<String>, Failure> {
+    let control_word = words_of_list()?.stw.name;
     let mut reason = None;
     explanation.walk(&mut |_, field| {
-        let against = field.mark >= Mark::Mistake || field.name == Word::Stw.name();
+        let against = field.mark >= Mark::Mistake || field.name == control_word;
         if reason.is_none() && against {
             reason = field.hints.first().cloned();
         }
     });
-    reason.or_else(|| (explanation.mark() >= Mark::Mistake).then(|| explanation.summary.clone()))
+    Ok(reason.or_else(|| (explanation.mark() >= Mark::Mistake).then(|| explanation.summary.clone())))
+}
+
+/// The words of the first device in the list that writes them in names.
+fn words_of_list() -> Result<&'static NamedWords, Failure> {
+    let words = DEVICES.iter().find_map(Device::words);
+    words.ok_or_else(|| Failure::Other("no device writes its words in names".into()))
 }
 
 fn bare(octets: &[u8], sender: Option<Sender>, mode: Mode) -> Result<Explanation, Failure> {

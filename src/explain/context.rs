@@ -93,6 +93,11 @@ impl Context {
         learned.own_ident = Some(IDENT_NUMBER);
     }
 
+    /// Takes a station for one of the device that writes its words in names, in this operating mode.
+    pub(crate) fn know_named(&mut self, station: Address, mode: Mode) {
+        self.know(station, Model::Ag03_1, mode, Lengths::Unknown);
+    }
+
     /// Takes the Ident_Number of a station from who knows it, until the station says its own: words of other devices are
     /// not taken for those of these drives.
     pub(crate) fn know_ident(&mut self, station: Address, ident: u16) {

@@ -27,6 +27,11 @@ pub fn changes(word: Word, mode: Mode, before: u16, now: u16) -> String {
     if words.is_empty() { "no change".into() } else { words.join(", ") }
 }
 
+/// What a control word STW commands after `before`: see [`changes`].
+pub(crate) fn commanded(mode: Mode, before: u16, now: u16) -> String {
+    changes(Word::Stw, mode, before, now)
+}
+
 /// The bits that are 1, `nothing` if there are none with a meaning.
 pub(crate) fn on(word: Word, mode: Mode, raw: u16) -> String {
     let words: Vec<&str> = (0..16)

@@ -72,7 +72,7 @@ const TABLE: &[(&str, &[&str])] = &[
             "time",
         ],
     ),
-    ("bench", &["devices", "explain", "host", "profibus", "time"]),
+    ("bench", &["devices", "explain", "face", "host", "profibus", "time"]),
     // Stations on a line, live or simulated, and telegrams in words.
     ("judge", &["bench", "chance", "devices", "explain", "gsd", "host", "profibus", "time"]),
     ("panel", &["can_bus", "devices", "explain", "face", "gsd", "host", "process", "profibus", "time"]),
@@ -119,14 +119,13 @@ fn a_bus_knows_no_device_and_a_device_no_bus() {
     }
 }
 
-/// Files of the faces that name a kind of device, and why: what is not here asks the list of devices and the descriptions.
+/// Folders of the faces that name a kind of device, and why: what is not here asks the list of devices and the descriptions.
+///
+/// A master has no device of ours at its other end, and so no description of one: what it sends and expects are the words and
+/// units of the drive. Each kind of drive has one folder for that, behind the trait `Commissioned`.
 const NAMES_A_DEVICE: &[(&str, &str)] = &[
-    ("command/demo", "its story is told of one device"),
-    ("command/encode", "it builds the words of the positioning drives by their names"),
-    (
-        "command/master",
-        "a verb for each thing that a master does with these drives, in their words and units",
-    ),
+    ("command/master/ag03", "the master's end of the positioning drives"),
+    ("command/master/ppo", "the master's end of any drive with variable speed of PROFIDRIVE"),
 ];
 
 #[test]

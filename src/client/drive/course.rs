@@ -1,10 +1,11 @@
 //! Enabling and acknowledging of an AG03 as words and bits, by the flow charts.
 
 use super::control_word::ControlWord;
-use super::zsw::ZswPattern;
 use crate::client::course::{Bits, Course, Step};
 use crate::devices::ag03::drive::Mode;
 use crate::devices::ag03::profibus::bits::ZswBit;
+use crate::devices::ag03::profibus::flow_charts::operation_enabled;
+use crate::profibus::ppo::ZswPattern;
 
 type Row = Step<ControlWord, ()>;
 
@@ -20,8 +21,8 @@ const fn row(word: ControlWord, until: &'static [Bits]) -> Row {
 const RELEASE: &[Row] = &[row(ControlWord::Disabled, &[]), row(ControlWord::Off1, &[NOT_INHIBITED])];
 const CLEAR: &[Row] = &[row(ControlWord::Disabled, &[]), row(ControlWord::Acknowledging, &[NO_FAULT])];
 
-const POSITIONING: Bits = ZswPattern::operation_enabled(Mode::Positioning).bits(Mode::Positioning);
-const VELOCITY: Bits = ZswPattern::operation_enabled(Mode::Velocity).bits(Mode::Velocity);
+const POSITIONING: Bits = bits(operation_enabled(Mode::Positioning), Mode::Positioning);
+const VELOCITY: Bits = bits(operation_enabled(Mode::Velocity), Mode::Velocity);
 const ENABLE_POSITIONING: &[Row] = &[row(ControlWord::Enabled, &[POSITIONING])];
 const ENABLE_VELOCITY: &[Row] = &[row(ControlWord::Enabled, &[VELOCITY])];
 
@@ -37,4 +38,13 @@ pub(super) const fn enabling(mode: Mode, inhibited: bool) -> Course<ControlWord,
 /// Until there is no fault, and turning on is not disabled.
 pub(super) const fn acknowledging(fault: bool) -> Course<ControlWord, ()> {
     if fault { Course::and_then(CLEAR, RELEASE) } else { Course::new(RELEASE) }
+}
+
+/// The bits of a pattern, with any ZSW.14 in velocity mode: one table has 1 there, the charts have 0 (C-03).
+pub(super) const fn bits(pattern: ZswPattern, mode: Mode) -> Bits {
+    let mask = match mode {
+        Mode::Positioning => pattern.mask,
+        Mode::Velocity => pattern.mask & !ZswBit::LimitExceeded.mask(),
+    };
+    Bits { mask, value: pattern.value & mask }
 }

@@ -1,8 +1,8 @@
 //! The travel job of the client: from the edge of STW.6 to its end.
 
 use super::control_word::ControlWord;
-use super::zsw::ZswPattern;
 use crate::devices::ag03::profibus::bits::ZswBit;
+use crate::devices::ag03::profibus::flow_charts;
 use crate::profibus::ppo::Zsw;
 
 /// What became of the last edge of STW.6 in positioning mode.
@@ -30,7 +30,7 @@ impl TravelJob {
         match self {
             Self::None => Self::None,
             Self::Asked { acknowledge }
-                if ZswBit::JobToggle.is_set(zsw) != acknowledge || ZswPattern::TRAVEL_JOB.matches(zsw) =>
+                if ZswBit::JobToggle.is_set(zsw) != acknowledge || flow_charts::TRAVELS.matches(zsw) =>
             {
                 Self::Active
             }

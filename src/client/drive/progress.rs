@@ -10,10 +10,10 @@ use super::question::Question;
 use super::seen::Seen;
 use super::standstill::{is_at_speed, is_halted};
 use super::step::{Act, Step, When};
-use super::zsw::ZswPattern;
 use crate::client::course::{Course, Shown, Then};
 use crate::devices::ag03::drive::Mode;
 use crate::devices::ag03::profibus::bits::ZswBit;
+use crate::devices::ag03::profibus::flow_charts;
 use crate::profibus::ppo::Zsw;
 use crate::time::Instant;
 
@@ -114,7 +114,7 @@ impl GoalProgress {
             When::NoTravel => self.obstacles().rule_out_travel(),
             When::TargetBeyondLimits => blocked_by(Obstacle::TargetBeyondLimits),
             When::LimitExceeded => ZswBit::LimitExceeded.is_set(zsw),
-            When::ReadyToStart => ZswPattern::ready_to_travel(Mode::Positioning).matches(zsw),
+            When::ReadyToStart => flow_charts::ready_to_travel(Mode::Positioning).matches(zsw),
             When::StandsInWindow => {
                 let away = goal.target().map(|target| target.abs_diff(seen.hiw));
                 let arrived = away.zip(self.answer).is_some_and(|(away, window)| away <= window);
@@ -124,7 +124,7 @@ impl GoalProgress {
             When::NotArrived => !(ZswBit::TargetReached.is_set(zsw) && ZswBit::OperationEnabled.is_set(zsw)),
             When::ReadyToTravel => ZswBit::ReadyToTravel.is_set(zsw),
             When::Jogging => matches!(goal, Goal::Jog(_)),
-            When::Jogs => (findings.travels() || seen.hiw != self.from) && ZswPattern::INCHING.matches(zsw),
+            When::Jogs => (findings.travels() || seen.hiw != self.from) && flow_charts::INCHES.matches(zsw),
             When::NoWay => self.answer == Some(0),
             When::BeyondGear => blocked_by(Obstacle::BeyondGear),
             When::Stands => !moves && goal.rpm().is_some_and(|rpm| rpm != 0),

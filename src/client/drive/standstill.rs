@@ -3,13 +3,14 @@
 //! ZSW.13 is not enough: in positioning mode it is 1 while a released shaft runs out, and a drive that follows the flow
 //! chart to the letter may show it as soon as a job is interrupted (`ag03.md` C-05). The shaft itself shows in SSW.4, from 2 rpm on, and in the actual value.
 
+use super::course::bits;
 use super::goal::Goal;
 use super::obstacle::Findings;
 use super::seen::Seen;
-use super::zsw::ZswPattern;
 use crate::devices::ag03::drive::Mode;
 use crate::devices::ag03::profibus::bits::{SswBit, ZswBit};
-use crate::profibus::ppo::Zsw;
+use crate::devices::ag03::profibus::flow_charts::{operation_enabled, ready_to_run};
+use crate::profibus::ppo::{Zsw, ZswPattern};
 
 impl Findings {
     /// SSW.4, as last read.
@@ -32,14 +33,14 @@ pub(super) fn is_at_speed(seen: &Seen, rpm: i32, window: u32, zsw: Zsw) -> bool 
 /// Whether the status word is one that the goal ends with.
 pub(super) fn is_halted(goal: Goal, mode: Option<Mode>, zsw: Zsw) -> bool {
     let is = |pattern: fn(Mode) -> ZswPattern| {
-        mode.is_some_and(|mode| pattern(mode).bits(mode).matches(zsw.raw()))
+        mode.is_some_and(|mode| bits(pattern(mode), mode).matches(zsw.raw()))
     };
     let off =
         ZswBit::TurnOnDisabled.is_set(zsw) || ZswBit::Fault.is_set(zsw) || !ZswBit::ReadyToTurnOn.is_set(zsw);
     match goal {
         // Without supply, with a fault or with turning on disabled, the drive is not ready-to-run and yet disabled.
-        Goal::Disable => is(ZswPattern::ready_to_run) || off && !ZswBit::OperationEnabled.is_set(zsw),
-        Goal::Stop if ZswBit::OperationEnabled.is_set(zsw) => is(ZswPattern::operation_enabled),
+        Goal::Disable => is(ready_to_run) || off && !ZswBit::OperationEnabled.is_set(zsw),
+        Goal::Stop if ZswBit::OperationEnabled.is_set(zsw) => is(operation_enabled),
         Goal::Stop
         | Goal::Pause
         | Goal::Enable

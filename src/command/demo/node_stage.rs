@@ -8,6 +8,7 @@ use crate::can_bus::can::{BitRate, Frame, Id};
 use crate::can_bus::canopen::node::storage::Eeprom;
 use crate::can_bus::canopen::{Address, NodeId};
 use crate::devices::CanopenEvent;
+use crate::devices::story::{NodeAct, PLACE};
 use crate::explain::Explanation;
 use crate::explain::canopen::Network;
 use crate::face::Description;
@@ -18,8 +19,6 @@ use crate::time::Instant;
 
 use super::page::{Page, Trouble, unexpected};
 
-/// The number of the device.
-pub(super) const NODE: u8 = 5;
 const RATE: BitRate = BitRate::K500;
 /// How long anything may take on the bus before it is unexpected.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -42,7 +41,7 @@ impl<'w> NodeStage<'w> {
     /// A master and a device that is just being switched on.
     pub(super) fn open(product: &'static Product, out: &'w mut dyn Write) -> Result<Self, Trouble> {
         let now = Instant::ZERO;
-        let node = NodeId::new(NODE).map_err(unexpected)?;
+        let node = NodeId::new(PLACE).map_err(unexpected)?;
         let mut bus = Bus::new(RATE);
         let master = bus.connect(now);
         let device = product.make(node, &Choices::default(), Eeprom::Internal, now);
@@ -51,15 +50,39 @@ impl<'w> NodeStage<'w> {
         words.know(node, product.vocabulary);
         let mut page = Page::new(out);
         page.text(&format!(
-            "profidrive demo: a CANopen master and an emulated {} as node {NODE} on a CAN bus at {RATE}, all in memory. \
+            "profidrive demo: a CANopen master and an emulated {} as node {PLACE} on a CAN bus at {RATE}, all in memory. \
              A frame is its identifier and its octets, both hexadecimal. Times are milliseconds on the bus.",
             product.sheet.product_name
         ))?;
         Ok(Self { page, bus, master, device, words, now, told: BTreeMap::new() })
     }
 
+    /// Plays what happens next.
+    pub(super) fn play(&mut self, act: &NodeAct) -> Result<(), Trouble> {
+        match *act {
+            NodeAct::Title(title) => self.page.title(title),
+            NodeAct::Text(text) => self.page.text(text),
+            NodeAct::Read(at, says) => self.read(at, says),
+            NodeAct::Write(at, octets, says) => self.write(at, octets, says),
+            NodeAct::Send(id, octets) => self.send(id, octets),
+            NodeAct::Wait(says) => self.wait(says),
+            NodeAct::SyncUntil(says) => self.sync_until(says),
+            NodeAct::Pass(time) => self.listen(time, |_| false).map(drop),
+            NodeAct::Input(name, value) => {
+                self.act(|device, now| device.set_input(now, name, Level::Number(value)));
+                Ok(())
+            }
+            NodeAct::Provoke(fault) => self.provoke(fault),
+            NodeAct::Repair => {
+                self.act(|device, now| device.make_nominal(now));
+                Ok(())
+            }
+            NodeAct::Look(shows) => self.look(shows),
+        }
+    }
+
     /// The master sends a frame; whatever the device says in the next milliseconds is told.
-    pub(super) fn send(&mut self, id: u16, octets: &[u8]) -> Result<(), Trouble> {
+    fn send(&mut self, id: u16, octets: &[u8]) -> Result<(), Trouble> {
         let frame = self.offer(id, octets)?;
         let explanation = self.words.frame(&frame);
         self.tell(self.now, "master", &frame, &explanation)?;
@@ -67,13 +90,14 @@ impl<'w> NodeStage<'w> {
     }
 
     /// Reads an entry by SDO; the answer has to say this.
-    pub(super) fn read(&mut self, index: u16, sub: u8, says: &str) -> Result<(), Trouble> {
+    fn read(&mut self, at: Address, says: &str) -> Result<(), Trouble> {
+        let (index, sub) = at.pair();
         let [low, high] = index.to_le_bytes();
         self.sdo([0x40, low, high, sub, 0, 0, 0, 0], says)
     }
 
     /// Writes an entry by SDO, low octet first; the answer has to say this.
-    pub(super) fn write(&mut self, at: Address, octets: &[u8], says: &str) -> Result<(), Trouble> {
+    fn write(&mut self, at: Address, octets: &[u8], says: &str) -> Result<(), Trouble> {
         let (index, sub) = at.pair();
         let [low, high] = index.to_le_bytes();
         let mut request = [0x23, low, high, sub, 0, 0, 0, 0];
@@ -86,10 +110,10 @@ impl<'w> NodeStage<'w> {
     }
 
     fn sdo(&mut self, request: [u8; 8], says: &str) -> Result<(), Trouble> {
-        let frame = self.offer(0x600 + u16::from(NODE), &request)?;
+        let frame = self.offer(0x600 + u16::from(PLACE), &request)?;
         let explanation = self.words.frame(&frame);
         self.tell(self.now, "master", &frame, &explanation)?;
-        self.told.remove(&(0x580 + u32::from(NODE)));
+        self.told.remove(&(0x580 + u32::from(PLACE)));
         self.wait(says)
     }
 
@@ -102,7 +126,7 @@ impl<'w> NodeStage<'w> {
     }
 
     /// Sends SYNC every 10 ms, tells only the frame of the device that says this, and how many SYNCs it took.
-    pub(super) fn sync_until(&mut self, says: &str) -> Result<(), Trouble> {
+    fn sync_until(&mut self, says: &str) -> Result<(), Trouble> {
         let end = self.now.saturating_add(PATIENCE);
         let mut syncs = 0_u32;
         while self.now < end {
@@ -124,18 +148,8 @@ impl<'w> NodeStage<'w> {
         Err(Trouble::Unexpected(format!("waited {PATIENCE:?} for a frame that says '{says}'")))
     }
 
-    /// Lets time pass; frames that say something new are told.
-    pub(super) fn pass(&mut self, time: Duration) -> Result<(), Trouble> {
-        self.listen(time, |_| false).map(drop)
-    }
-
-    /// Changes an input of the device.
-    pub(super) fn input(&mut self, name: &str, value: f64) {
-        self.act(|device, now| device.set_input(now, name, Level::Number(value)));
-    }
-
     /// Makes a fault.
-    pub(super) fn provoke(&mut self, fault: &str) -> Result<(), Trouble> {
+    fn provoke(&mut self, fault: &str) -> Result<(), Trouble> {
         let outcome = self.act(|device, now| device.provoke(now, fault));
         match outcome {
             Some(Ok(())) => Ok(()),
@@ -144,13 +158,8 @@ impl<'w> NodeStage<'w> {
         }
     }
 
-    /// Everything around the device is as it should be.
-    pub(super) fn repair(&mut self) {
-        self.act(|device, now| device.make_nominal(now));
-    }
-
     /// Tells what a person sees of the device; it has to show this.
-    pub(super) fn look(&mut self, shows: &str) -> Result<(), Trouble> {
+    fn look(&mut self, shows: &str) -> Result<(), Trouble> {
         let face = self.act(|device, now| device.face(now)).map(|face| face.to_string()).unwrap_or_default();
         self.page.line(self.now, "shows", format_args!("{face}"))?;
         if face.contains(shows) {

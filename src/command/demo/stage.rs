@@ -5,19 +5,17 @@ use std::collections::VecDeque;
 use std::io::Write;
 
 use crate::bench::{Line, Sender};
-use crate::client::ZswPattern;
 use crate::devices::StationEvent;
-use crate::devices::ag03::drive;
-use crate::devices::ag03::drive::Mode;
-use crate::devices::ag03::profibus::bits::Word;
-use crate::devices::ag03::profibus::{Config, Device};
+use crate::devices::story::{PLACE, SlaveAct};
 use crate::explain::words;
-use crate::explain::{self, Context, Explanation, Kind};
-use crate::face::EventKind;
+use crate::explain::{self, Context, Explanation, Kind, Mode};
+use crate::face::{Description, EventKind};
+use crate::host::list::{Device, Ground, Spec};
+use crate::host::{Refusals, ValueBoard};
 use crate::master::{Profirust, baudrate, peripheral};
 use crate::profibus::fdl::Address;
 use crate::profibus::pkw::ErrorNumber;
-use crate::profibus::ppo::{Ind, Inputs, JobId, Outputs, Pke, Pkw, ReplyId, Stw, Zsw};
+use crate::profibus::ppo::{Ind, Inputs, JobId, Outputs, Pke, Pkw, ReplyId, Stw, Zsw, ZswPattern};
 use crate::time::{BaudRate, Instant};
 use profirust::dp::{DpMaster, PeripheralHandle};
 use profirust::fdl::{FdlActiveStation, ParametersBuilder};
@@ -25,7 +23,6 @@ use profirust::fdl::{FdlActiveStation, ParametersBuilder};
 use super::chart::Recording;
 use super::page::{INDENT, Page, Trouble, WIDTH, unexpected};
 
-const DRIVE: u8 = 5;
 const MASTER: u8 = 2;
 const BAUD: BaudRate = BaudRate::K500;
 const MODE: Mode = Mode::Positioning;
@@ -54,9 +51,9 @@ pub(super) struct Stage<'w> {
 
 impl<'w> Stage<'w> {
     /// A master and a drive that have just been switched on.
-    pub(super) fn open(out: &'w mut dyn Write) -> Result<Self, Trouble> {
+    pub(super) fn open(device: &'static Device, out: &'w mut dyn Write) -> Result<Self, Trouble> {
         let mut dp = DpMaster::new(Vec::new());
-        let drive = dp.add(peripheral(DRIVE, BAUD));
+        let drive = dp.add(peripheral(PLACE, BAUD));
         dp.enter_operate();
         let parameters = ParametersBuilder::new(MASTER, baudrate(BAUD))
             .watchdog_timeout(WATCHDOG.into())
@@ -64,7 +61,17 @@ impl<'w> Stage<'w> {
         let mut fdl = FdlActiveStation::new(parameters);
         fdl.set_online();
         let mut bus = Profirust::on_line(fdl, dp).map_err(unexpected)?;
-        bus.add_drive(Config::new(Address::station(DRIVE).map_err(unexpected)?)).map_err(unexpected)?;
+        let ground = Ground {
+            now: bus.now(),
+            rate: BAUD,
+            state: None,
+            refusals: &Refusals::default(),
+            board: &ValueBoard::default(),
+        };
+        let prepared = Spec::plain(device, PLACE).prepare().map_err(|wrong| unexpected(wrong.words))?;
+        let station = prepared.make(&ground).map_err(unexpected)?;
+        let product = station.appearance().product.into_owned();
+        bus.add_any(station).map_err(unexpected)?;
         let mut stage = Self {
             bus,
             drive,
@@ -78,14 +85,48 @@ impl<'w> Stage<'w> {
             sampled: Instant::ZERO,
         };
         stage.page.text(&format!(
-            "profidrive demo: profirust as DP master {MASTER} and an emulated SIKO AG03/1 as station {DRIVE} on a \
-             wire at {BAUD}, all in memory. Times are milliseconds on the bus."
+            "profidrive demo: profirust as DP master {MASTER} and an emulated drive ({product}) as station {PLACE} \
+             on a wire at {BAUD}, all in memory. Times are milliseconds on the bus."
         ))?;
         Ok(stage)
     }
 
+    /// Plays what happens next.
+    pub(super) fn play(&mut self, act: &SlaveAct) -> Result<(), Trouble> {
+        match *act {
+            SlaveAct::Title(title) => self.page.title(title),
+            SlaveAct::Text(text) => self.page.text(text),
+            SlaveAct::StartUp => self.start_up(),
+            SlaveAct::Job { job, pnu, value, meaning, reply } => self.job(job, pnu, value, meaning, reply),
+            SlaveAct::Reason(of_interest) => self.reason(of_interest),
+            SlaveAct::Command(meaning, stw, setpoint, until) => self.command(meaning, stw, setpoint, until),
+            SlaveAct::Observe(pattern) => self.observe(pattern),
+            SlaveAct::Record => {
+                self.recording = Some(Recording::default());
+                self.sampled = Instant::ZERO;
+                Ok(())
+            }
+            SlaveAct::Mark(name) => {
+                let now = self.bus.now();
+                if let Some(recording) = &mut self.recording {
+                    recording.mark(now, name);
+                }
+                Ok(())
+            }
+            SlaveAct::Pass(time) => {
+                self.run_for(time);
+                Ok(())
+            }
+            SlaveAct::Draw => self.page.picture(&self.recording.take().unwrap_or_default().lines()),
+            SlaveAct::Provoke(fault) => self
+                .surround(|drive, now| drive.provoke(now, fault))?
+                .map_err(|declined| Trouble::Unexpected(format!("{fault}: {declined:?}"))),
+            SlaveAct::Repair => self.surround(|drive, now| drive.make_nominal(now)),
+        }
+    }
+
     /// Shows every telegram between master and drive until the drive's first inputs have come.
-    pub(super) fn start_up(&mut self) -> Result<(), Trouble> {
+    fn start_up(&mut self) -> Result<(), Trouble> {
         let mut told = Vec::new();
         let mut context = Context::with_mode(MODE);
         let outcome = self.bus.run_until(PATIENCE, |bus| {
@@ -120,7 +161,7 @@ impl<'w> Stage<'w> {
     }
 
     /// Gives a job, expects this reply, and takes the job back.
-    pub(super) fn job(
+    fn job(
         &mut self,
         job: JobId,
         pnu: u16,
@@ -159,14 +200,14 @@ impl<'w> Stage<'w> {
     }
 
     /// Sends a control word and a setpoint, and waits until the status word shows what is meant to follow.
-    pub(super) fn command(
+    fn command(
         &mut self,
         meaning: &str,
         stw: Stw,
         setpoint: i32,
         expected: ZswPattern,
     ) -> Result<(), Trouble> {
-        let changes = words::changes(Word::Stw, MODE, self.stw.raw(), stw.raw());
+        let changes = words::commanded(MODE, self.stw.raw(), stw.raw());
         self.stw = stw;
         self.setpoint = setpoint;
         self.page.line(self.bus.now(), "STW", format_args!("{stw}  {meaning}: {changes}"))?;
@@ -176,7 +217,7 @@ impl<'w> Stage<'w> {
     }
 
     /// Waits until the status word shows what is expected, and says so.
-    pub(super) fn observe(&mut self, pattern: ZswPattern) -> Result<(), Trouble> {
+    fn observe(&mut self, pattern: ZswPattern) -> Result<(), Trouble> {
         self.exchange(&format!("status {pattern}"), |inputs| pattern.matches(inputs.zsw()))?;
         let inputs = self.inputs()?;
         let (zsw, position) = (inputs.zsw(), inputs.hiw());
@@ -186,7 +227,7 @@ impl<'w> Stage<'w> {
     }
 
     /// Says the reason for what has just happened, which the drive reported as an event.
-    pub(super) fn reason(&mut self, of_interest: EventKind) -> Result<(), Trouble> {
+    fn reason(&mut self, of_interest: EventKind) -> Result<(), Trouble> {
         let found = core::iter::from_fn(|| self.events.pop_front()).find(|event| event.kind() == of_interest);
         let Some(event) = found else {
             return Err(Trouble::Unexpected("the drive gives no reason".into()));
@@ -195,31 +236,14 @@ impl<'w> Stage<'w> {
     }
 
     /// Changes what acts on the drive from outside.
-    pub(super) fn surround(&mut self, inputs: drive::Inputs) {
-        self.bus.with_station(DRIVE, |device: &mut Device, now| device.set_inputs(now, inputs));
-    }
-
-    /// Records the position from now on.
-    pub(super) fn begin_recording(&mut self) {
-        self.recording = Some(Recording::default());
-        self.sampled = Instant::ZERO;
-    }
-
-    /// Names this moment in the recording.
-    pub(super) fn mark(&mut self, name: &'static str) {
-        let now = self.bus.now();
-        if let Some(recording) = &mut self.recording {
-            recording.mark(now, name);
-        }
-    }
-
-    /// Draws what was recorded.
-    pub(super) fn draw_recording(&mut self) -> Result<(), Trouble> {
-        self.page.picture(&self.recording.take().unwrap_or_default().lines())
+    fn surround<R>(&mut self, act: impl FnOnce(&mut dyn Description, Instant) -> R) -> Result<R, Trouble> {
+        let address = Address::station(PLACE).map_err(unexpected)?;
+        let done = self.bus.with_description(address, act);
+        done.ok_or_else(|| Trouble::Unexpected("the drive is gone".into()))
     }
 
     /// Lets time pass on the bus.
-    pub(super) fn run_for(&mut self, duration: Duration) {
+    fn run_for(&mut self, duration: Duration) {
         // Nothing is waited for but the time.
         let _ = self.run(duration, |_| false);
     }
@@ -265,7 +289,7 @@ impl Stage<'_> {
 
 /// Whether a telegram belongs to the story: no token, and not for a station that is not there.
 fn belongs(explanation: &Explanation) -> bool {
-    let ours = |address: u8| address == DRIVE || address == Address::BROADCAST.number();
+    let ours = |address: u8| address == PLACE || address == Address::BROADCAST.number();
     explanation.kind == Kind::Telegram && [explanation.from, explanation.to].into_iter().flatten().any(ours)
 }
 

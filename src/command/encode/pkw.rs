@@ -1,11 +1,11 @@
 //! Jobs and replies of the parameter channel.
 
-use crate::devices::ag03::param::{Entry, Gear, Model, Pnu, Quirks, Range, Width};
 use crate::explain::Sender;
+use crate::host::list::named::{OnChannel, on_channel};
 use crate::profibus::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
 
 use crate::command::Failure;
-use crate::command::args::{self, Octet, Parameter, WidthSpec, find_parameter};
+use crate::command::args::{self, Octet, Parameter, WidthSpec as Width};
 
 /// The words, and who says them if that is not for the words to tell.
 pub(super) fn build(what: &args::Pkw, force: bool) -> Result<(Pkw, Option<Sender>), Failure> {
@@ -37,7 +37,7 @@ pub(super) fn build(what: &args::Pkw, force: bool) -> Result<(Pkw, Option<Sender
         args::Pkw::Raw { ak, parameter, value, spm } => {
             let target = Target::of(parameter, true)?;
             let spm = if *spm { SPM } else { 0 };
-            let pke = Pke::from_raw(u16::from(*ak) << 12 | spm | Pnu::from_low_bits(target.pnu).number());
+            let pke = Pke::from_raw(u16::from(*ak) << 12 | spm | (target.pnu & PNU));
             Ok((Pkw::new(pke, target.ind, target.pwe(*value, Width::Double)?), None))
         }
         args::Pkw::Reply { parameter, value, width } => {
@@ -63,6 +63,8 @@ pub(super) fn build(what: &args::Pkw, force: bool) -> Result<(Pkw, Option<Sender
 
 /// Bit 11 of PKE.
 const SPM: u16 = 0x0800;
+/// Bits 10 to 0 of PKE.
+const PNU: u16 = 0x07FF;
 
 /// Which parameter, and which element of it.
 struct Target {
@@ -70,7 +72,7 @@ struct Target {
     ind: Ind,
     /// An element of an array is meant.
     array: bool,
-    entry: Option<&'static Entry>,
+    entry: Option<OnChannel>,
     /// Build it although it is a mistake.
     force: bool,
 }
@@ -84,12 +86,12 @@ impl Target {
             Some((name, element)) => (name, Some(element)),
             None => (text, None),
         };
-        let (pnu, entry) = match (find_parameter(name), name.parse()) {
-            (Ok(entry), _) => (entry.pnu.number(), Some(entry)),
-            (Err(_), Ok(number)) if force => match Pnu::new(number) {
-                Ok(pnu) => (pnu.number(), None),
-                Err(error) => return Err(Failure::Usage(error.to_string())),
-            },
+        let (pnu, entry) = match (on_channel(name), name.parse()) {
+            (Ok(entry), _) => (entry.number, Some(entry)),
+            (Err(_), Ok(number @ 0..=PNU)) if force => (number, None),
+            (Err(_), Ok(number)) if force => {
+                return Err(Failure::Usage(format!("a parameter number is at most {PNU}, got {number}")));
+            }
             (Err(error), Ok(_)) => {
                 return Err(Failure::Usage(format!("{error}; --force builds it nevertheless")));
             }
@@ -115,11 +117,11 @@ impl Target {
     }
 
     /// As given, as the parameter is wide, or as wide as the value of an unknown one needs.
-    fn width(&self, given: Option<WidthSpec>, value: i64) -> Width {
+    fn width(&self, given: Option<Width>, value: i64) -> Width {
         match (given, self.entry) {
-            (Some(WidthSpec::Word), _) => Width::Word,
-            (Some(WidthSpec::Double), _) => Width::Double,
-            (None, Some(entry)) => entry.width,
+            (Some(width), _) => width,
+            (None, Some(entry)) if entry.double => Width::Double,
+            (None, Some(_)) => Width::Word,
             (None, None) if u16::try_from(value).is_ok() => Width::Word,
             (None, None) => Width::Double,
         }
@@ -134,8 +136,8 @@ impl Target {
             && !entry.signed
             && !self.force
         {
-            let takes = match entry.range(Model::Ag03_1, Gear::Ratio24, Quirks::default()) {
-                Some(Range { low, high }) => format!("takes {low} to {high}"),
+            let takes = match entry.range {
+                Some((low, high)) => format!("takes {low} to {high}"),
                 None => "is never negative".into(),
             };
             return Err(Failure::Usage(format!(
@@ -152,9 +154,9 @@ impl Target {
                 u32::try_from(value).or(signed)
             }
         };
-        let (low, high) = match width {
-            Width::Word => (i64::from(i16::MIN), i64::from(u16::MAX)),
-            Width::Double => (i64::from(i32::MIN), i64::from(u32::MAX)),
+        let (width, low, high) = match width {
+            Width::Word => ("word", i64::from(i16::MIN), i64::from(u16::MAX)),
+            Width::Double => ("double word", i64::from(i32::MIN), i64::from(u32::MAX)),
         };
         fits.map_err(|_| {
             Failure::Usage(format!(

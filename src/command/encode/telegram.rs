@@ -1,6 +1,6 @@
 //! Telegrams of any service.
 
-use crate::devices::ag03::drive::Mode;
+use crate::explain::Mode;
 use crate::profibus::dp;
 use crate::profibus::dp::{ControlBit, PrmBit};
 use crate::profibus::fdl;
@@ -10,8 +10,8 @@ use crate::profibus::fdl::{
 };
 use crate::profibus::ppo::{Outputs, Pkw, Stw};
 
-use super::words::{self, word_of};
-use super::{octets_of, pkw_of};
+use super::words::word_of;
+use super::{octets_of, pkw_of, words_of_list};
 use crate::command::Failure;
 use crate::command::args::{self, Control, Fcb, Service};
 
@@ -91,7 +91,7 @@ fn content(args: &args::Telegram, mode: Mode) -> Result<Carries, Failure> {
                 false => octets_of(data)?,
                 true => {
                     let pkw = pkw.as_deref().map_or(Ok(Pkw::ZERO), pkw_of)?;
-                    let stw = Stw::from_raw(word_of(words::STW, stw, mode)?);
+                    let stw = Stw::from_raw(word_of(&words_of_list()?.stw, stw, mode)?);
                     Outputs::octets(pkw, stw, *setpoint).into()
                 }
             };

@@ -1,4 +1,19 @@
 //! An AG03 or AG03/1 on PROFIBUS: every command.
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | `value` | values of parameters, read, with their unit and as JSON |
+//! | the others | one group of subcommands each |
+
+mod access;
+mod faults;
+mod motion;
+mod restore;
+#[cfg(test)]
+mod rig;
+mod set;
+mod status;
+mod value;
 
 use core::time::Duration;
 use std::path::Path;
@@ -8,13 +23,15 @@ use crate::host::list::named::ParameterSpec;
 use crate::host::{Clock, Link};
 use crate::master::Drive;
 
+use super::confirm::{Confirmed, confirm};
 use super::device::{self, Commissioned};
-use super::motion::{self, Confirmed};
-use super::set::{self, ParameterSet};
-use super::value::number_of;
-use super::{access, address, faults, restore, session, status, wait};
+use super::{address, session, wait};
 use crate::command::Failure;
 use crate::command::args::{Action, Asked, Master, Motion, Quantity};
+use set::ParameterSet;
+use value::number_of;
+
+pub(super) use motion::{check_velocity, replaces};
 
 /// A drive that belongs to this master, and the file that it shall be restored from.
 struct Ag03<L, C> {
@@ -25,7 +42,7 @@ struct Ag03<L, C> {
 /// Takes the drive over, does what is asked, and lets it go.
 pub(super) fn master(args: &Master) -> Result<(), Failure> {
     let wanted = check(&args.action)?;
-    let leave = motion::confirm(args)?;
+    let leave = confirm(args)?;
     let address = address(args)?;
     let session = session(args)?;
     let drive = wait(address, || Drive::take(session, address))?;

@@ -5,7 +5,6 @@ use crate::can_bus::canopen::cob_id;
 use crate::can_bus::canopen::{Abort, Address, Entry, NodeId, Object, Refusal, Value, dictionary};
 use crate::client::{NodeClient, NodeGoal, NodeLimits, NodeOutcome, NodeTrouble};
 use crate::devices::Vocabulary;
-use crate::devices::ag03::param::Gear;
 use crate::devices::vocabulary::CIA_402;
 use crate::explain::canopen::Network;
 use crate::explain::hex;
@@ -16,8 +15,8 @@ use crate::host::{Clock, Stop, SystemClock};
 use serde_json::json;
 use tracing::warn;
 
+use super::confirm::{Confirmed, confirm};
 use super::device::{self, Commissioned, Shown};
-use super::motion::{self, Confirmed};
 use super::say;
 use crate::command::Failure;
 use crate::command::args::{Asked, CanPlace, Master, Motion, Quantity, find_parameter, plain};
@@ -36,13 +35,11 @@ const VENDOR: Address = Address::new(0x1018, 1);
 const GUARD_TIME: Address = Address::new(0x100C, 0);
 const POSITION: Address = Address::new(0x6064, 0);
 const NEWEST_ERROR: Address = Address::new(0x1003, 1);
-/// Of a device with a choice of gears: which one it has.
-const HARDWARE_VERSION: Address = Address::new(0x2102, 0);
 
 /// Does what is asked, once.
 pub(super) fn master(args: &Master, place: &CanPlace) -> Result<(), Failure> {
     let node = args.can_node().map_err(Failure::Usage)?;
-    let leave = motion::confirm(args)?;
+    let leave = confirm(args)?;
     // Before the drive is enabled, so that no signal ends the process with the drive moving.
     let stop = signals::stop_at_end().map_err(|error| Failure::from_error(&error))?;
     let of_file = match &args.eds {
@@ -153,17 +150,15 @@ impl Drive {
         Ok(Failure::Other(format!("the node refuses {name}: {}", refusal.reason())))
     }
 
-    /// The dictionary with the limits of this very device: of a drive those of its gear.
+    /// The dictionary with the limits of this very device: of a drive with gears those of its own.
     fn objects(&mut self) -> Result<&'static [Object], Failure> {
         let Some(product) = self.product else { return Ok(self.words().objects) };
         let mut choices = Choices::default();
-        if product.choices.iter().any(|choice| choice.key == "gear")
-            && let Ok(version) = self.get(HARDWARE_VERSION)?
+        if let Some((at, told)) = product.tells
+            && let Ok(octets) = self.get(at)?
+            && let Some((key, value)) = told(number(&octets))
         {
-            let version = u16::try_from(number(&version)).ok();
-            if let Some(gear) = version.and_then(Gear::of_hardware_version) {
-                choices = product.chosen("gear", &gear.to_string()).unwrap_or(choices);
-            }
+            choices = product.chosen(key, value).unwrap_or(choices);
         }
         Ok(product.objects(&choices))
     }

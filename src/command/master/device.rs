@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::json;
 
-use super::motion::Confirmed;
+use super::confirm::Confirmed;
 use super::say;
 use crate::command::Failure;
 use crate::command::args::{Action, Asked, Motion, Quantity};

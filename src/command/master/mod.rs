@@ -3,32 +3,26 @@
 //! | file | holds |
 //! | --- | --- |
 //! | `link` | the line, opened from the master's end |
-//! | `value` | values of parameters, read, with their unit and as JSON |
 //! | `file` | where a parameter set is written |
 //! | `device` | [`Commissioned`](device::Commissioned): what every drive can be asked |
 //! | `ag03` | an AG03 or AG03/1 on PROFIBUS |
+//! | `confirm` | what somebody confirms before anything is sent |
 //! | `canopen` | what is done with a node of CANopen |
 //! | `ppo` | what is done with a drive of PROFIDRIVE version 2 |
 //! | `records` | records, parameters by record 47, identification of a slave of DP-V1 |
 //! | the others | one group of subcommands each |
 
-mod access;
 mod ag03;
 mod canopen;
+mod confirm;
 mod device;
 mod diag;
-mod faults;
 mod file;
 mod link;
-mod motion;
 mod ppo;
 mod records;
-mod restore;
 mod scan;
-mod set;
-mod status;
 mod trouble;
-mod value;
 
 use core::panic::AssertUnwindSafe;
 use core::time::Duration;
@@ -165,9 +159,6 @@ impl From<Trouble> for Failure {
         Self::Other(trouble.to_string())
     }
 }
-
-#[cfg(test)]
-mod rig;
 
 #[cfg(test)]
 mod tests {

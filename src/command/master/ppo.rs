@@ -24,8 +24,8 @@ use crate::profibus::ppo::{PpoType, Zsw};
 use serde_json::json;
 
 use self::place::Place;
+use super::confirm::{Confirmed, confirm};
 use super::device::{self, Commissioned};
-use super::motion::{self, Confirmed};
 use super::{link, say, wait};
 use crate::command::Failure;
 use crate::command::args::{Action, Asked, Master, Motion, Quantity};
@@ -59,7 +59,7 @@ pub(super) fn master(args: &Master, kind: PpoType) -> Result<(), Failure> {
         None => Slave::ppo(args.ident.unwrap_or(IDENT_NUMBER), kind),
     };
     check(args, kind, &table)?;
-    let leave = motion::confirm(args)?;
+    let leave = confirm(args)?;
     let address = args.drive().map_err(Failure::Usage)?;
     // Before the drive is taken, so that no signal ends the process with the drive moving.
     let stop = signals::stop_at_end().map_err(|error| Failure::from_error(&error))?;

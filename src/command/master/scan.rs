@@ -1,6 +1,6 @@
 //! `scan`: who is on the line.
 
-use crate::devices::ag03::profibus::IDENT_NUMBER;
+use crate::host::list::known_ident;
 use crate::host::{Clock, Link};
 use crate::master::{Session, SessionError};
 use crate::profibus::fdl::{Address, StationType};
@@ -113,7 +113,7 @@ impl Station {
             (StationType::Slave, Slave::Unasked) => "passive station".into(),
             (StationType::Slave, Slave::Other) => "passive station, no DP slave".into(),
             (StationType::Slave, Slave::Dp { ident, owner }) => {
-                let kind = if ident == IDENT_NUMBER { "SIKO AG03 or AG03/1" } else { "another slave" };
+                let kind = known_ident(ident).unwrap_or("another slave");
                 let owner = owner.map_or("no master".into(), |owner| format!("belongs to master {owner}"));
                 format!("{kind} (ident number {ident:04X}), {owner}")
             }
@@ -136,7 +136,7 @@ impl Station {
             "address": self.address.number(),
             "type": kind,
             "ident": ident,
-            "drive": ident == Some(IDENT_NUMBER),
+            "drive": ident.and_then(known_ident).is_some(),
             "master": owner.map(Address::number),
         })
     }

@@ -5,9 +5,10 @@ use core::fmt;
 use crate::can_bus::canopen::eds;
 use crate::can_bus::canopen::eds::Sheet;
 use crate::can_bus::canopen::node::storage::Eeprom;
-use crate::can_bus::canopen::{NodeId, Object};
+use crate::can_bus::canopen::{Address, NodeId, Object};
 use crate::devices::CanopenDevice;
 use crate::devices::Vocabulary;
+use crate::devices::story::NodeAct;
 use crate::host::list::{Choice, Choices, Device, QuirkRow};
 use crate::time::Instant;
 
@@ -21,6 +22,10 @@ pub struct Product {
     pub vocabulary: &'static Vocabulary,
     /// What can be chosen about it.
     pub choices: &'static [Choice],
+    /// The entry by which a real one tells what was chosen about it, and the choice that a value of it is.
+    pub(crate) tells: Option<(Address, fn(i64) -> Option<(&'static str, &'static str)>)>,
+    /// What `profidrive demo` plays behind its boot-up.
+    pub(crate) story: &'static [NodeAct],
     pub(in crate::host) objects: &'static (dyn Fn(&Choices) -> &'static [Object] + Sync),
     pub(in crate::host) quirks: fn() -> Vec<QuirkRow>,
     pub(in crate::host) make: &'static Make,

@@ -23,6 +23,8 @@ mod group;
 pub(crate) mod inputs;
 pub mod named;
 mod node_files;
+#[cfg(test)]
+mod nouns;
 pub(crate) mod objects;
 mod profidrive4;
 #[cfg(all(test, feature = "cli"))]
@@ -52,6 +54,7 @@ use crate::devices::ap10;
 use crate::devices::ap10::canopen::Ap10;
 use crate::devices::asda_a2;
 use crate::devices::asda_a2::canopen::{AsdaA2, Level};
+use crate::devices::named_word::NamedWords;
 use crate::devices::profidrive4::profibus::Telegram;
 use crate::host::can::Product;
 use crate::profibus::fdl::Rates;
@@ -63,6 +66,8 @@ pub static DEVICES: &[Device] = &[
         name: "ag03-1",
         group: Group::Drive,
         choices: &[GEAR, RESET, QUIRKS, VALUES],
+        story: ag03::profibus::STORY,
+        words: Some(&ag03::profibus::NAMED_WORDS),
         quirks: || rows(ag03::profibus::QUIRKS),
         prepare: |spec| slaves::ag03(spec, Model::Ag03_1),
     }),
@@ -70,6 +75,8 @@ pub static DEVICES: &[Device] = &[
         name: "ag03",
         group: Group::Drive,
         choices: &[GEAR, RESET, QUIRKS, VALUES],
+        story: ag03::profibus::STORY,
+        words: Some(&ag03::profibus::NAMED_WORDS),
         quirks: || rows(ag03::profibus::QUIRKS),
         prepare: |spec| slaves::ag03(spec, Model::Ag03),
     }),
@@ -101,6 +108,8 @@ pub static DEVICES: &[Device] = &[
             ),
             VALUES,
         ],
+        story: &[],
+        words: None,
         quirks: Vec::new,
         prepare: slaves::ppo_drive,
     }),
@@ -130,6 +139,8 @@ pub static DEVICES: &[Device] = &[
             ),
             VALUES,
         ],
+        story: &[],
+        words: None,
         quirks: Vec::new,
         prepare: profidrive4::prepare,
     }),
@@ -161,6 +172,8 @@ pub static DEVICES: &[Device] = &[
                  Unless given it is reported if the GSD has texts for it.",
             ),
         ],
+        story: &[],
+        words: None,
         quirks: Vec::new,
         prepare: slaves::gsd_station,
     }),
@@ -168,6 +181,8 @@ pub static DEVICES: &[Device] = &[
         name: "ag03-1",
         sheet: ag03::canopen::objects::SHEET,
         vocabulary: &ag03::canopen::VOCABULARY,
+        tells: Some((ag03::canopen::objects::HARDWARE_VERSION, slaves::gear_told)),
+        story: ag03::canopen::STORY,
         choices: &[GEAR, RESET, TWIN, QUIRKS, OBJECTS],
         objects: &|choices| ag03::canopen::objects::objects(slaves::gear(choices)),
         quirks: || rows(ag03::canopen::QUIRKS),
@@ -187,6 +202,8 @@ pub static DEVICES: &[Device] = &[
         name: "ap10",
         sheet: ap10::canopen::EDS,
         vocabulary: &ap10::canopen::VOCABULARY,
+        tells: None,
+        story: ap10::canopen::STORY,
         choices: &[TWIN, QUIRKS, OBJECTS],
         objects: &|_| ap10::canopen::OBJECTS,
         quirks: || rows(ap10::canopen::QUIRKS),
@@ -200,6 +217,8 @@ pub static DEVICES: &[Device] = &[
         name: "asda-a2",
         sheet: asda_a2::canopen::SHEET,
         vocabulary: &asda_a2::canopen::VOCABULARY,
+        tells: None,
+        story: asda_a2::canopen::STORY,
         choices: &[
             Choice::of(
                 "mode",
@@ -236,6 +255,14 @@ pub static DEVICES: &[Device] = &[
         ],
     }),
 ];
+
+/// The ident numbers that say which device it is.
+const IDENTS: &[(u16, &str)] = &[(ag03::profibus::IDENT_NUMBER, "SIKO AG03 or AG03/1")];
+
+/// Which device a slave with this ident number is; `None`: no device of the list.
+pub(crate) fn known_ident(ident: u16) -> Option<&'static str> {
+    IDENTS.iter().find(|(number, _)| *number == ident).map(|(_, name)| *name)
+}
 
 /// The rates that the positioning drives know.
 pub(crate) const RATES: Rates = ag03::profibus::DESCRIPTION.rates;
@@ -321,6 +348,14 @@ impl Device {
             Self::Slave(slave) => (slave.quirks)(),
             Self::Node(product) => product.quirks(),
             Self::NodeFile(_) => Vec::new(),
+        }
+    }
+
+    /// Its control and status word in names, if it has names for them.
+    pub(crate) const fn words(&self) -> Option<&'static NamedWords> {
+        match self {
+            Self::Slave(slave) => slave.words,
+            Self::Node(_) | Self::NodeFile(_) => None,
         }
     }
 

@@ -4,7 +4,7 @@ use core::str::FromStr;
 
 use strsim::levenshtein;
 
-use crate::devices::ag03::param::{Entry, Subindex, TABLE};
+use crate::devices::ag03::param::{Entry, Gear, Model, Quirks, Range, Subindex, TABLE, Width};
 use crate::devices::ppo_drive::table::Row;
 
 /// How many names are offered instead of one that is unknown.
@@ -57,6 +57,37 @@ impl Named for Row {
 /// That there is none, and those near it.
 pub(crate) fn parameter(text: &str) -> Result<&'static Entry, String> {
     whole(TABLE.iter(), text).ok_or_else(|| unknown(TABLE.iter(), text))
+}
+
+/// What a job of the parameter channel has to know of a parameter.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OnChannel {
+    pub(crate) number: u16,
+    pub(crate) name: &'static str,
+    /// How many elements it has, if it is an array.
+    pub(crate) elements: Option<u8>,
+    /// Its value is a double word.
+    pub(crate) double: bool,
+    pub(crate) signed: bool,
+    /// Its lowest and highest value, the widest of all models.
+    pub(crate) range: Option<(i64, i64)>,
+}
+
+/// The same as [`parameter`], for the parameter channel.
+///
+/// # Errors
+/// As [`parameter`].
+pub(crate) fn on_channel(text: &str) -> Result<OnChannel, String> {
+    let entry = parameter(text)?;
+    let range = entry.range(Model::Ag03_1, Gear::Ratio24, Quirks::default());
+    Ok(OnChannel {
+        number: entry.pnu.number(),
+        name: entry.name,
+        elements: entry.elements,
+        double: entry.width == Width::Double,
+        signed: entry.signed,
+        range: range.map(|Range { low, high }| (low.into(), high.into())),
+    })
 }
 
 /// A parameter of a positioning drive of either model, by number or by name, and an element if it is an array.

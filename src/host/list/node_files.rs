@@ -88,6 +88,8 @@ impl NodeFile {
             sheet,
             vocabulary: &dictionary.vocabulary,
             choices: self.choices,
+            tells: None,
+            story: &[],
             objects: Box::leak(Box::new(move |_: &Choices| dictionary.objects)),
             quirks: Vec::new,
             make: Box::leak(Box::new(move |node, _: &Choices, memory, _| -> Box<dyn CanopenDevice> {

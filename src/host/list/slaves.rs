@@ -11,11 +11,13 @@ use crate::devices::ag03::param::{self, Access, Model, Pnu, Value, Width};
 use crate::devices::ag03::profibus::{Config, Device, Gear, QUIRKS};
 use crate::devices::ag03::unit::DipSwitches;
 use crate::devices::ag03::unit::dip::ResetPatterns;
+use crate::devices::named_word::NamedWords;
 use crate::devices::ppo_drive::profibus::{CONFIGURATIONS, Family, IDENT_NUMBER, PpoDrive, PpoOnly, Shape};
 #[cfg(feature = "parameters")]
 use crate::devices::ppo_drive::table::TableError;
 use crate::devices::ppo_drive::table::{Row, Table};
 use crate::devices::ppo_drive::{Drive, Settings};
+use crate::devices::story::SlaveAct;
 use crate::gsd::{Level, Module, Policy, Station, did_you_mean};
 use crate::host::fault::{Condition, Switch};
 use crate::host::{
@@ -34,6 +36,10 @@ pub struct Slave {
     pub(super) group: Group,
     /// What can be chosen about it.
     pub choices: &'static [Choice],
+    /// What `profidrive demo` plays; nothing: it is not offered there.
+    pub(crate) story: &'static [SlaveAct],
+    /// Its control and status word in names, for `profidrive encode`.
+    pub(crate) words: Option<&'static NamedWords>,
     pub(super) quirks: fn() -> Vec<QuirkRow>,
     pub(super) prepare: fn(&Spec) -> Result<Prepared, Wrong>,
 }
@@ -135,6 +141,18 @@ pub(super) fn reset(choices: &Choices, patterns: ResetPatterns) -> Option<DipSwi
         _ => patterns.all,
     };
     Some(DipSwitches::from_bits(pattern.into()).with_reset(true))
+}
+
+/// The gear that a hardware version tells.
+pub(super) fn gear_told(version: i64) -> Option<(&'static str, &'static str)> {
+    let gear = Gear::of_hardware_version(u16::try_from(version).ok()?)?;
+    Some((
+        "gear",
+        match gear {
+            Gear::Ratio24 => "24",
+            Gear::Ratio48 => "48",
+        },
+    ))
 }
 
 /// An AG03 or AG03/1.

@@ -37,6 +37,7 @@
 //! ```
 
 mod kind;
+mod pattern;
 mod pkw;
 pub mod ppo1;
 pub mod ppo2;
@@ -47,6 +48,7 @@ mod pzd;
 mod views;
 
 pub use kind::PpoType;
+pub(crate) use pattern::ZswPattern;
 pub use pkw::{Ind, JobId, Pke, Pkw, ReplyId, ReservedId};
 pub use pzd::{Stw, Zsw};
 

@@ -11,12 +11,12 @@ use crate::master::{Drive, Identity};
 use crate::profibus::pkw::ErrorNumber;
 use serde_json::json;
 
-use super::device::Shown;
-use super::trouble::Trouble;
 use super::value::{Item, fits, is_length, lengths, lengths_in, number_of};
-use super::{say, watch};
 use crate::command::Failure;
 use crate::command::args::Quantity;
+use crate::command::master::device::Shown;
+use crate::command::master::trouble::Trouble;
+use crate::command::master::{say, watch};
 
 /// Whether a write can be right for any drive. `command` is whose help says more.
 pub(super) fn check(parameter: &ParameterSpec, value: i64, command: &str) -> Result<(), Failure> {

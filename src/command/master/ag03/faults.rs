@@ -9,10 +9,10 @@ use crate::master::Drive;
 use serde_json::json;
 
 use super::access::refusal;
-use super::say;
 use super::value::{Item, fits, lengths, number_of};
 use crate::command::Failure;
 use crate::command::args::Quantity;
+use crate::command::master::say;
 
 /// The fault buffer in words.
 pub(super) fn faults<L: Link, C: Clock>(

@@ -5,12 +5,11 @@
 //! own watchdog releases the motor.
 
 use core::time::Duration;
-use std::io::{self, BufRead, IsTerminal, Write};
 
 use crate::client::{Goal, GoalError};
 use crate::devices::ag03::drive;
 use crate::devices::ag03::drive::Mode;
-use crate::devices::ag03::param::{Gear, LOAD_PARAMETER_SET, Parameter, TABLE};
+use crate::devices::ag03::param::{Gear, LOAD_PARAMETER_SET, Parameter};
 use crate::devices::ag03::profibus::bits::ZswBit;
 use crate::explain::value::Lengths;
 use crate::explain::words::said;
@@ -18,92 +17,36 @@ use crate::host::{Clock, Link};
 use crate::master::{Drive, DriveError, Reached, Seen};
 use serde_json::json;
 
-use super::say;
 use super::status::{actual, mode, travels};
-use super::trouble::Trouble;
 use super::value::{fits, lengths, unit};
 use crate::command::Failure;
-use crate::command::args::{Action, Direction, Master, Motion};
+use crate::command::args::{Asked, Direction, Motion, Quantity};
+use crate::command::master::confirm::Confirmed;
+use crate::command::master::say;
+use crate::command::master::trouble::Trouble;
 
 /// How long a drive that runs out is waited for.
 const RUN_OUT: Duration = Duration::from_secs(30);
 
-/// Kinds of commands that somebody has to confirm.
-const TURNS: &str = "can turn a shaft";
-const REPLACES: &str = "replaces what the drive keeps";
-
-/// Somebody has confirmed that a shaft may turn; also for commands that turn none.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Confirmed(());
-
-/// Asks for confirmation, before anything is sent.
-pub(super) fn confirm(args: &Master) -> Result<Confirmed, Failure> {
-    if let Action::Write { parameter, value, sure } = &args.action
-        && args.can_place().is_none()
-        && args.ppo.is_none()
-        && parameter.parameter().is_ok_and(|spec| spec.entry.pnu == LOAD_PARAMETER_SET)
-    {
-        return ask(args, sure.yes, REPLACES, &loading(value.plain()));
-    }
-    if let Action::Calibrate { sure, .. } = &args.action {
-        return ask(args, sure.yes, REPLACES, "get another zero point. Continue?");
-    }
-    let Action::Motion(motion) = &args.action else { return Ok(Confirmed(())) };
-    let (go, what) = match motion {
-        Motion::Enable { go, .. } => (go, "enable its motor".into()),
-        Motion::Home { go } => (go, "search its home position".into()),
-        Motion::Move { go, position } => {
-            position.position().map_err(Failure::Usage)?;
-            if args.can_place().is_some() {
-                position.plain().map_err(Failure::Usage)?;
-            }
-            (go, format!("travel to {position}"))
-        }
-        Motion::Jog { go, direction, .. } => (go, format!("turn in {} direction", way(*direction))),
-        Motion::Velocity { go, rpm, .. } => {
-            let fastest = i32::from(Gear::FASTEST.max_rpm());
-            // How fast another drive turns its parameters say.
-            if rpm.abs() > fastest && args.ppo.is_none() {
-                return Err(Failure::Usage(format!(
-                    "a drive turns with at most {fastest} rpm, got {rpm}; see 'profidrive master velocity --help'"
-                )));
-            }
-            (go, format!("turn with {rpm} rpm"))
-        }
-    };
-    ask(args, go.yes, TURNS, &format!("{what}. Are all people away from it?"))
-}
-
-/// What a command of PNU 970 does to the drive.
-fn loading(command: Result<i64, String>) -> String {
-    let command = command.unwrap_or_default();
-    let entry = TABLE.iter().find(|entry| entry.pnu == LOAD_PARAMETER_SET);
-    let words = entry.map(|entry| entry.in_words(command, Lengths::Unknown).to_string()).unwrap_or_default();
-    format!(
+/// The question behind a write that replaces what the drive keeps; `None`: it is another parameter.
+pub(in crate::command::master) fn replaces(asked: &Asked, value: Quantity) -> Option<String> {
+    let spec = asked.parameter().ok().filter(|spec| spec.entry.pnu == LOAD_PARAMETER_SET)?;
+    let command = value.plain().unwrap_or_default();
+    let words = spec.entry.in_words(command, Lengths::Unknown);
+    Some(format!(
         "carry out the command {words} of PNU {LOAD_PARAMETER_SET}; the present values are lost. Continue?"
-    )
+    ))
 }
 
-fn ask(args: &Master, yes: bool, kind: &str, what: &str) -> Result<Confirmed, Failure> {
-    if yes {
-        return Ok(Confirmed(()));
-    }
-    if !io::stdin().is_terminal() || !io::stderr().is_terminal() {
+/// Refuses a velocity that no gear has.
+pub(in crate::command::master) fn check_velocity(rpm: i32) -> Result<(), Failure> {
+    let fastest = i32::from(Gear::FASTEST.max_rpm());
+    if rpm.abs() > fastest {
         return Err(Failure::Usage(format!(
-            "a command that {kind} needs --yes, or a terminal at which you confirm it"
+            "a drive turns with at most {fastest} rpm, got {rpm}; see 'profidrive master velocity --help'"
         )));
     }
-    let number = match args.node {
-        Some(node) => node.number(),
-        None => args.drive().map_err(Failure::Usage)?.number(),
-    };
-    let asked = write!(io::stderr(), "Drive {number} will {what} [y/N] ");
-    let mut answer = String::new();
-    let answered = asked.and_then(|()| io::stdin().lock().read_line(&mut answer));
-    match (answered, answer.trim()) {
-        (Ok(_), "y" | "Y" | "yes" | "Yes") => Ok(Confirmed(())),
-        (Ok(_) | Err(_), _) => Err(Failure::Other("not confirmed; nothing was done".into())),
-    }
+    Ok(())
 }
 
 fn way(direction: Direction) -> drive::Direction {
@@ -319,12 +262,13 @@ mod tests {
 
     use super::*;
     use crate::command::args::Go;
-    use crate::command::master::rig::{Cut, Rig};
+    use crate::command::master::ag03::rig::{Cut, Rig};
 
     const GO: Go = Go { yes: true };
+    const CONFIRMED: Confirmed = Confirmed::BY_TEST;
 
     fn ends(drive: &mut Drive<Rig, crate::bench::Port>, asked: Motion) -> String {
-        match motion(drive, asked, Confirmed(()), false) {
+        match motion(drive, asked, CONFIRMED, false) {
             Err(Failure::Other(line) | Failure::Usage(line)) => line,
             Ok(()) => panic!("no failure"),
         }

@@ -12,8 +12,8 @@ use super::access::about;
 use super::set::{Origin, ParameterSet};
 use super::status::travels;
 use super::value::is_setting;
-use super::{say, watch};
 use crate::command::Failure;
+use crate::command::master::{say, watch};
 
 /// How long a drive that was released may turn.
 const RUN_OUT: Duration = Duration::from_secs(10);
@@ -272,7 +272,7 @@ mod tests {
     use crate::devices::ag03::param::Gear;
 
     use super::*;
-    use crate::command::master::rig::{Cut, Rig};
+    use crate::command::master::ag03::rig::{Cut, Rig};
 
     /// Some parameters of every kind: words, double words, with and without conditions.
     const CHANGED: [(Parameter, i32); 6] = [

@@ -28,10 +28,10 @@ use serde::Deserialize;
 use serde_json::json;
 
 use super::access::{about, check};
-use super::file::put;
 use super::value::{Item, is_setting, lengths_in};
-use super::{say, watch};
 use crate::command::Failure;
+use crate::command::master::file::put;
+use crate::command::master::{say, watch};
 
 const FORMAT: &str = "profidrive parameter set 1";
 

@@ -13,10 +13,10 @@ use crate::host::{Clock, Link};
 use crate::master::{Drive, DriveError, Seen};
 use serde_json::json;
 
-use super::say;
-use super::trouble::Trouble;
 use super::value::lengths;
 use crate::command::Failure;
+use crate::command::master::say;
+use crate::command::master::trouble::Trouble;
 
 /// How often a live line is written at most.
 const LIVE: Duration = Duration::from_millis(100);

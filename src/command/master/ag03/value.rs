@@ -6,9 +6,9 @@ use crate::host::{Clock, Link};
 use crate::master::{Drive, DriveError};
 use serde_json::json;
 
-use super::device::Shown;
 use crate::command::Failure;
 use crate::command::args::Quantity;
+use crate::command::master::device::Shown;
 
 /// A value that was read.
 #[derive(Clone, Copy, Debug, PartialEq)]

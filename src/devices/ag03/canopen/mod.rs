@@ -10,6 +10,7 @@
 //! | `access` | what reads and writes of objects do |
 //! | [`errors`] | the EMCY code and the bits of the error register of each fault |
 //! | `event` | [`Event`]: what has happened in the drive, with the bits and objects of CANopen |
+//! | `story` | what `profidrive demo` plays |
 //! | `surroundings` | inputs, faults, keys, LEDs |
 //! | `why` | what keeps it from moving |
 //! | `quirks` | [`QUIRKS`]: every named alternative |
@@ -42,6 +43,7 @@ pub mod objects;
 mod part;
 mod quirks;
 pub mod state;
+mod story;
 mod surroundings;
 mod vocabulary;
 mod why;
@@ -61,6 +63,7 @@ use crate::time::Instant;
 pub use config::Config;
 pub use event::Event;
 pub use quirks::{QUIRKS, Quirks};
+pub(crate) use story::STORY;
 pub use vocabulary::VOCABULARY;
 
 use part::Part;

@@ -1,6 +1,7 @@
 //! The object dictionary of the AG03/1 (manual chapter 7.12; `canopen-ag03.md` 12, `canopen-od.tsv`), and which entry is
 //! which parameter of the unit.
 
+use crate::can_bus::canopen::Address;
 use crate::can_bus::canopen::dictionary;
 use crate::can_bus::canopen::dictionary::{Entry, Object};
 use crate::can_bus::canopen::eds::Sheet;
@@ -29,6 +30,9 @@ pub(crate) const SHEET: Sheet<'static> = Sheet {
     kilobits: &[20, 50, 125, 250, 500, 1000],
     granularity: 0,
 };
+
+/// 2102h, which tells the gear of a real drive.
+pub(crate) const HARDWARE_VERSION: Address = Address::new(0x2102, 0);
 
 /// 1018h:1.
 const VENDOR: u32 = 0x195;

@@ -1,4 +1,5 @@
-//! The control words of the manual's flow charts (figures 13 and 14), made of their bits.
+//! The control words of the manual's flow charts (figures 13 and 14), made of their bits, and the status words that
+//! follow.
 //!
 //! | word | for |
 //! | --- | --- |
@@ -12,6 +13,8 @@
 //! Source: `docs/reference/ag03.md` 4 and 7.
 
 use super::bits::StwBit;
+use crate::devices::ag03::drive::Mode;
+use crate::profibus::ppo::ZswPattern;
 
 /// ON and no OFF2, not enabled: an enabled drive brakes and its motor stays in control.
 pub(crate) const DISABLED: u16 = StwBit::On.mask() | StwBit::NoOff2.mask();
@@ -41,6 +44,36 @@ pub(crate) const START: u16 = StwBit::Start.mask();
 /// The words that enable operation, as the flow charts print them.
 pub(crate) const PRINTED: [u16; 7] =
     [ENABLED, TRAVEL, TRAVEL | START, INCHING_1, INCHING_2_POSITIVE, INCHING_2_NEGATIVE, VELOCITY];
+
+/// ZSW ready-to-run: supplied, not enabled, standing still. Both manuals print the patterns character for character the
+/// same.
+pub(crate) const fn ready_to_run(mode: Mode) -> ZswPattern {
+    match mode {
+        Mode::Positioning => ZswPattern::printed("0x1x 1x11 x01x 0011"),
+        Mode::Velocity => ZswPattern::printed("0011 111x x01x 0011"),
+    }
+}
+
+/// ZSW operation enabled, standing still.
+pub(crate) const fn operation_enabled(mode: Mode) -> ZswPattern {
+    match mode {
+        Mode::Positioning => ZswPattern::printed("xx1x 1x11 x011 0111"),
+        Mode::Velocity => ZswPattern::printed("x011 111x x011 0111"),
+    }
+}
+
+/// ZSW ready-to-travel. In positioning mode an interrupted travel job looks the same (`ag03.md` C-05).
+pub(crate) const fn ready_to_travel(mode: Mode) -> ZswPattern {
+    match mode {
+        Mode::Positioning => ZswPattern::printed("101x 1x11 x011 0111"),
+        Mode::Velocity => ZswPattern::printed("1011 111x x011 0111"),
+    }
+}
+
+/// ZSW while inching 1 or 2 is active (positioning).
+pub(crate) const INCHES: ZswPattern = ZswPattern::printed("0x0x 1x1x x011 0111");
+/// ZSW while a travel job is active (positioning).
+pub(crate) const TRAVELS: ZswPattern = ZswPattern::printed("000x 1x1x x011 0111");
 
 #[cfg(test)]
 mod tests {

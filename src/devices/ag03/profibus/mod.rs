@@ -22,10 +22,12 @@
 //! | `event` | [`Event`]: what has happened in the drive, with the bits of PROFIBUS |
 //! | [`hint`] | [`Hint`]: what is odd, said once |
 //! | `job` | `JobText`: why a PKW job was not executed, and what to send instead |
+//! | `named_words` | control and status word in names |
 //! | `parameters` | the parameters of the unit as the parameter channel reaches them |
 //! | `part` | the DP part and the drive part of [`Device`] |
 //! | `quirks` | [`QUIRKS`]: every named alternative |
 //! | `refusal` | [`Refusal`]: why a control word is not followed |
+//! | `story` | what `profidrive demo` plays |
 //! | `why` | everything that keeps the drive from moving now |
 
 mod address;
@@ -36,10 +38,12 @@ mod event;
 pub mod flow_charts;
 pub mod hint;
 mod job;
+mod named_words;
 pub mod parameters;
 mod part;
 mod quirks;
 mod refusal;
+mod story;
 mod surroundings;
 mod why;
 pub mod words;
@@ -70,7 +74,9 @@ pub(crate) use job::JobText;
 pub use quirks::QUIRKS;
 pub use refusal::Refusal;
 
+pub(crate) use named_words::NAMED_WORDS;
 use part::Parts;
+pub(crate) use story::STORY;
 
 /// The ident number of both drives: the GSD is named `SIKO0AC5.GSD`.
 pub const IDENT_NUMBER: u16 = 0x0AC5;

@@ -23,6 +23,7 @@
 //! | file | holds |
 //! | --- | --- |
 //! | `hosted` | what a host asks of any device on CANopen |
+//! | `story` | what `profidrive demo` plays |
 //! | `surroundings` | what surrounds it and what is seen of it |
 //! | `objects` | [`OBJECTS`]: the dictionary, and the parameter behind each entry |
 //! | `unit` | what objects read and do, EMCY, storage, external heartbeat, Auto-ID |
@@ -33,6 +34,7 @@ mod hosted;
 mod objects;
 mod quirks;
 mod spin;
+mod story;
 mod surroundings;
 mod unit;
 mod vocabulary;
@@ -40,6 +42,7 @@ mod vocabulary;
 pub use objects::OBJECTS;
 pub use quirks::{QUIRKS, Quirks, SdoCodes, SoftwareVersion};
 pub use spin::MAX_RPM;
+pub(crate) use story::STORY;
 pub use vocabulary::VOCABULARY;
 
 use crate::can_bus::canopen::eds::Sheet;

@@ -12,6 +12,7 @@
 //! | `links` | which setting of the drive an object is |
 //! | `application` | reads, writes, what the bus does to the drive |
 //! | `hosted` | what a host asks of any device on CANopen |
+//! | `story` | what `profidrive demo` plays |
 //! | `surroundings` | what surrounds it and what is seen of it |
 //! | `why` | what keeps it from moving |
 //! | [`quirks`] | each doubt of the guide with its default |
@@ -22,6 +23,7 @@ mod hosted;
 mod links;
 mod objects;
 pub mod quirks;
+mod story;
 mod surroundings;
 mod vocabulary;
 mod why;
@@ -31,6 +33,7 @@ use core::time::Duration;
 pub use crate::devices::asda_a2::{Config, Level};
 pub use objects::SHEET;
 pub use quirks::{QUIRKS, Quirks};
+pub(crate) use story::STORY;
 pub use vocabulary::VOCABULARY;
 
 use crate::can_bus::can::{Frame, Id};
