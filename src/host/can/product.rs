@@ -23,13 +23,16 @@ pub struct Product {
     /// What can be chosen about it.
     pub choices: &'static [Choice],
     /// The entry by which a real one tells what was chosen about it, and the choice that a value of it is.
-    pub(crate) tells: Option<(Address, fn(i64) -> Option<(&'static str, &'static str)>)>,
+    pub(crate) tells: Option<(Address, ChoiceTold)>,
     /// What `profidrive demo` plays behind its boot-up.
     pub(crate) story: &'static [NodeAct],
     pub(in crate::host) objects: &'static (dyn Fn(&Choices) -> &'static [Object] + Sync),
     pub(in crate::host) quirks: fn() -> Vec<QuirkRow>,
     pub(in crate::host) make: &'static Make,
 }
+
+/// The key and the value of the choice that a value of an entry stands for.
+pub(crate) type ChoiceTold = fn(i64) -> Option<(&'static str, &'static str)>;
 
 /// Makes a device without supply, with factory settings.
 pub(in crate::host) type Make = dyn Fn(NodeId, &Choices, Eeprom, Instant) -> Box<dyn CanopenDevice> + Sync;
