@@ -15,14 +15,16 @@ use profidrive::devices::ag03::param::Model;
 use profidrive::devices::ag03::profibus::{Config, Device, DipSwitches, MAX_TELEGRAM_LEN};
 use profidrive::devices::ppo_drive::profibus::{CONFIGURATIONS, PpoDrive, PpoOnly};
 use profidrive::devices::ppo_drive::table::Table;
+use profidrive::devices::profidrive4::profibus::{Family, ProfidriveDevice, TelegramOnly};
 use profidrive::gsd::{Gsd, Policy, Station};
 use profidrive::host::can::{self, Product, Seat, StoredNode};
 use profidrive::host::list::Choices;
-use profidrive::host::{Bus, GsdStation, HostedPpoDrive, PpoJudge, Reach, Refusals, Stop};
+use profidrive::host::{Bus, GsdStation, HostedPpoDrive, HostedProfidrive, PpoJudge, Reach, Refusals, Stop};
 use profidrive::metrics::{LineMetrics, Metrics, MetricsError, NodeMetrics, PATH};
 use profidrive::panel::Seated;
 use profidrive::profibus::dp;
 use profidrive::profibus::dp::{Description, Fixed};
+use profidrive::profibus::dpv1::{Identification, Offer};
 use profidrive::profibus::fdl::Address;
 use profidrive::time::{BaudRate, Instant};
 use serde_json::Value;
@@ -75,6 +77,13 @@ impl Rig {
         let table = Table::new([]).unwrap();
         let drive = PpoDrive::new(address(7), BaudRate::K500, parts, table, rig.now).unwrap();
         rig.bus.add(HostedPpoDrive::new(drive, refusals)).unwrap();
+        let gsd = Gsd::read(&std::fs::read(root().join("gsd/PDRV5034.GSD")).unwrap()).unwrap();
+        let station = Station::new(gsd, Policy::PROPOSED).unwrap();
+        let parts = (station.description(), TelegramOnly { inner: station, only: None });
+        let acyclic = (Offer::NONE, Identification::PLAIN);
+        let family = Family::new(&[]).unwrap();
+        let drive = ProfidriveDevice::new(address(13), BaudRate::K500, parts, acyclic, family, rig.now);
+        rig.bus.add(HostedProfidrive::new(drive, Refusals::default())).unwrap();
         let plain = dp::Station::new(address(11), BaudRate::K500, None, Description::PLAIN, Fixed::PLAIN);
         rig.bus.add(plain).unwrap();
         for (node, product) in [(5, "ag03-1"), (6, "ap10"), (7, "asda-a2"), (6, "ap10")] {
@@ -190,6 +199,7 @@ fn every_participant_has_its_series_and_every_label_is_escaped() {
         (r#"line="1",address="7""#, "ppo_drive", "profile"),
         (r#"line="1",address="9""#, "gsd_station", "Remote I/O"),
         (r#"line="1",address="11""#, "other", ""),
+        (r#"line="1",address="13""#, "profidrive", "PROFIdrive 4"),
         (r#"line="2",address="5""#, "node", "ag03-1"),
         (r#"line="2",address="6""#, "node", "ap10"),
         (r#"line="2",address="6",twin="1""#, "node", "ap10"),

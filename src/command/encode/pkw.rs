@@ -5,7 +5,7 @@ use crate::host::list::named::{OnChannel, on_channel};
 use crate::profibus::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
 
 use crate::command::Failure;
-use crate::command::args::{self, Octet, Parameter, WidthSpec as Width};
+use crate::command::args::{self, Octet, Parameter, WidthSpec};
 
 /// The words, and who says them if that is not for the words to tell.
 pub(super) fn build(what: &args::Pkw, force: bool) -> Result<(Pkw, Option<Sender>), Failure> {
@@ -26,10 +26,10 @@ pub(super) fn build(what: &args::Pkw, force: bool) -> Result<(Pkw, Option<Sender
             let target = Target::of(parameter, force)?.with_element()?;
             let width = target.width(width.given, *value);
             let id = match (width, target.array) {
-                (Width::Word, false) => JobId::WriteWord,
-                (Width::Double, false) => JobId::WriteDoubleWord,
-                (Width::Word, true) => JobId::WriteElementWord,
-                (Width::Double, true) => JobId::WriteElementDoubleWord,
+                (WidthSpec::Word, false) => JobId::WriteWord,
+                (WidthSpec::Double, false) => JobId::WriteDoubleWord,
+                (WidthSpec::Word, true) => JobId::WriteElementWord,
+                (WidthSpec::Double, true) => JobId::WriteElementDoubleWord,
             };
             job(id, &target, target.pwe(*value, width)?)
         }
@@ -38,16 +38,16 @@ pub(super) fn build(what: &args::Pkw, force: bool) -> Result<(Pkw, Option<Sender
             let target = Target::of(parameter, true)?;
             let spm = if *spm { SPM } else { 0 };
             let pke = Pke::from_raw(u16::from(*ak) << 12 | spm | (target.pnu & PNU));
-            Ok((Pkw::new(pke, target.ind, target.pwe(*value, Width::Double)?), None))
+            Ok((Pkw::new(pke, target.ind, target.pwe(*value, WidthSpec::Double)?), None))
         }
         args::Pkw::Reply { parameter, value, width } => {
             let target = Target::of(parameter, force)?;
             let width = target.width(width.given, *value);
             let id = match (width, target.array) {
-                (Width::Word, false) => ReplyId::Word,
-                (Width::Double, false) => ReplyId::DoubleWord,
-                (Width::Word, true) => ReplyId::ElementWord,
-                (Width::Double, true) => ReplyId::ElementDoubleWord,
+                (WidthSpec::Word, false) => ReplyId::Word,
+                (WidthSpec::Double, false) => ReplyId::DoubleWord,
+                (WidthSpec::Word, true) => ReplyId::ElementWord,
+                (WidthSpec::Double, true) => ReplyId::ElementDoubleWord,
             };
             reply(id, &target, target.pwe(*value, width)?)
         }
@@ -117,18 +117,18 @@ impl Target {
     }
 
     /// As given, as the parameter is wide, or as wide as the value of an unknown one needs.
-    fn width(&self, given: Option<Width>, value: i64) -> Width {
+    fn width(&self, given: Option<WidthSpec>, value: i64) -> WidthSpec {
         match (given, self.entry) {
             (Some(width), _) => width,
-            (None, Some(entry)) if entry.double => Width::Double,
-            (None, Some(_)) => Width::Word,
-            (None, None) if u16::try_from(value).is_ok() => Width::Word,
-            (None, None) => Width::Double,
+            (None, Some(entry)) if entry.double => WidthSpec::Double,
+            (None, Some(_)) => WidthSpec::Word,
+            (None, None) if u16::try_from(value).is_ok() => WidthSpec::Word,
+            (None, None) => WidthSpec::Double,
         }
     }
 
     /// The value in two's complement; a word in word 4.
-    fn pwe(&self, value: i64, width: Width) -> Result<u32, Failure> {
+    fn pwe(&self, value: i64, width: WidthSpec) -> Result<u32, Failure> {
         let name = self.entry.map_or(format!("PNU {}", self.pnu), |entry| entry.name.to_string());
         // In two's complement it would be a large number.
         if let Some(entry) = self.entry
@@ -145,18 +145,18 @@ impl Target {
             )));
         }
         let fits = match width {
-            Width::Word => {
+            WidthSpec::Word => {
                 let signed = i16::try_from(value).map(|value| u32::from(value.cast_unsigned()));
                 u16::try_from(value).map(u32::from).or(signed)
             }
-            Width::Double => {
+            WidthSpec::Double => {
                 let signed = i32::try_from(value).map(i32::cast_unsigned);
                 u32::try_from(value).or(signed)
             }
         };
         let (width, low, high) = match width {
-            Width::Word => ("word", i64::from(i16::MIN), i64::from(u16::MAX)),
-            Width::Double => ("double word", i64::from(i32::MIN), i64::from(u32::MAX)),
+            WidthSpec::Word => ("word", i64::from(i16::MIN), i64::from(u16::MAX)),
+            WidthSpec::Double => ("double word", i64::from(i32::MIN), i64::from(u32::MAX)),
         };
         fits.map_err(|_| {
             Failure::Usage(format!(
