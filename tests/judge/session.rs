@@ -17,11 +17,12 @@ use profidrive::profibus::ppo::PPO_LEN;
 use profidrive::time::BaudRate;
 
 /// What it gets wrong, as docs/judged-masters.md says.
-const KNOWN: &[&str] = &["M-C07", "M-D02", "M-D03", "M-D07", "M-L05", "M-E03", "M-E04", "M-E13", "M-E15"];
+const KNOWN: &[&str] = &["M-C07", "M-D02", "M-D03", "M-D07", "M-L05", "M-E03", "M-E04", "M-E15"];
 
 /// Found only in some runs. C04: outputs that are written while a request has no reply yet go out with its repetition,
-/// which depends on the moment. F04: its own address comes late in the GAP.
-const SOMETIMES: &[&str] = &["M-C04", "M-F04"];
+/// which depends on the moment. F04: its own address comes late in the GAP. E13: on a busy machine the reply with the
+/// request bit may come so late that taking it says nothing; only the other wrong function code is judged then.
+const SOMETIMES: &[&str] = &["M-C04", "M-E13", "M-F04"];
 
 fn serve(link: End, end: &AtomicBool, stop: Stop) {
     let master = Address::from_octet(2);
