@@ -7,7 +7,7 @@
 #![allow(dead_code, reason = "the example uses a part of the blocks, its test another")]
 
 use profidrive::devices::ppo_drive::profile::{StwBit, ZswBit};
-use profidrive::devices::profidrive4::profibus::words::{
+use profidrive::devices::profidrive4::profibus::bits::{
     PosStw1Bit, PosStw2Bit, PositionStwBit, PositionZswBit,
 };
 use profidrive::devices::profidrive4::profibus::{

@@ -229,9 +229,6 @@ impl<L: Link, C: Clock> Session<L, C> {
     }
 
     /// Sends data from one SAP to another, and says what came back.
-    ///
-    /// # Errors
-    /// As [`Session::find`].
     pub(super) fn ask(
         &mut self,
         address: Address,

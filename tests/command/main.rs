@@ -60,6 +60,7 @@ mod metrics;
 #[cfg(target_os = "linux")]
 mod node_files;
 #[cfg(target_os = "linux")]
+mod node_objects;
 mod node_panel;
 #[cfg(target_os = "linux")]
 mod node_switches;

@@ -6,7 +6,7 @@ use super::application::TelegramOnly;
 use super::signal::Signal;
 use super::table::Entry;
 use super::telegram::Telegram;
-use super::{ProfidriveDevice, value, words};
+use super::{ProfidriveDevice, bits, value};
 use crate::devices::ppo_drive::profile::ZswBit;
 use crate::devices::profidrive4::{Fault, Setpoint, Setting, Warnings};
 use crate::devices::servo::inputs::Inputs;
@@ -220,7 +220,7 @@ impl<A: Application + 'static> Description for ProfidriveDevice<TelegramOnly<A>>
         let actual =
             telegram.actual_values.iter().map(|signal| (signal, telegram.actual_value(inputs, *signal)));
         for (signal, value) in setpoints.chain(actual) {
-            let name = |number| words::bit_name(telegram, *signal, number);
+            let name = |number| bits::bit_name(telegram, *signal, number);
             if (0..16).all(|number| name(number).is_none()) {
                 continue;
             }

@@ -6,10 +6,10 @@
 //! | file | holds |
 //! | --- | --- |
 //! | `signal`, `telegram` | the signals of process data, and which of them a telegram has |
-//! | `words` | their bits |
+//! | [`bits`], `words` | their bits; what they command and say |
 //! | `family` | [`Family`]: the parameters that a drive begins with |
 //! | `application` | [`TelegramOnly`]: a configuration must be a telegram |
-//! | `table` | [`Parameter`](table): every parameter, as a row |
+//! | `table` | every parameter, as a row |
 //! | `parameters`, `value` | their values, and the octets of them |
 //! | `requests` | what is answered to a request in record 47 |
 //! | `records` | the records of the station |
@@ -17,6 +17,7 @@
 //! | `description`, `why`, `event` | what it tells of itself |
 
 mod application;
+pub mod bits;
 mod description;
 mod event;
 mod family;
@@ -29,7 +30,7 @@ mod table;
 mod telegram;
 mod value;
 mod why;
-pub mod words;
+mod words;
 
 pub use application::TelegramOnly;
 pub use event::Event;
