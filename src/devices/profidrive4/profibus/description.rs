@@ -275,8 +275,12 @@ impl<A: Application + 'static> Description for ProfidriveDevice<TelegramOnly<A>>
             };
             let words = Fault::numbered(fault.number).words();
             let state = if place < 8 { "not acknowledged" } else { "acknowledged" };
-            let after = format_args!("{:.1} s after switching on", f64::from(fault.millis) / 1000.0);
-            tell(Past { code: &fault.number, text: &format_args!("{words}, {state}"), when: Some(&after) });
+            let seconds = f64::from(fault.millis) / 1000.0;
+            tell(Past {
+                code: &fault.number,
+                text: &format_args!("{words}, {state}"),
+                when: Some(&format_args!("{seconds:.1} s after switching on")),
+            });
         }
         for number in (0..8).map(|before| self.drive().warnings().last(before)).filter(|number| *number != 0)
         {

@@ -65,7 +65,8 @@ macro_rules! profile {
         }
 
         fn of_profile() -> impl Iterator<Item = (u16, Entry)> {
-            let all: [(u16, &'static str, Format, Option<u16>, &str, Profile, &[&'static [&'static str]]); _] = [$((
+            const ROWS: usize = [$($pnu),*].len();
+            let all: [(u16, &'static str, Format, Option<u16>, &str, Profile, &[&'static [&'static str]]); ROWS] = [$((
                 $pnu,
                 $words,
                 Format::$format,
