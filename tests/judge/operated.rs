@@ -37,7 +37,8 @@ pub(crate) const ASKED: &[(Mistake, &[Row])] = &[
     (Mistake::OutputsInClear, &[Row::O03]),
     (Mistake::DoesNotStop, &[Row::Z02, Row::O11, Row::Z01, Row::Z04]),
     (Mistake::NoRelease, &[Row::Z01, Row::Z03]),
-    (Mistake::StopsFromOperate, &[Row::Z03]),
+    // Between two cycles all slaves are released, within one only those that come behind.
+    (Mistake::StopsFromOperate, &[Row::Z03, Row::Z01]),
     (Mistake::BeginsWithOperate, &[Row::O12]),
     (Mistake::SyncUntold, &[Row::S02]),
     (Mistake::OtherGroup, &[Row::S01]),

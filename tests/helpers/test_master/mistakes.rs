@@ -99,13 +99,13 @@ mistakes! {
     /// Outputs while CLEAR is announced at the beginning.
     OutputsInClear ["M-U10"]
     /// A lost reply leads to a new start-up.
-    RestartsOnLoss ["M-L08"]
+    RestartsOnLoss ["M-L08", "M-D06"]
     /// Data_Exchange goes on with a silent slave.
     StaysInExchange ["M-L01"]
     /// RS is ignored.
     IgnoresRs ["M-L03", "M-E07"]
     /// A lost slave is never asked again.
-    Forgets ["M-L06", "M-L02"]
+    Forgets ["M-L06", "M-L02", "M-E10"]
     /// A lost slave stops the others.
     StopsOthers ["M-I02", "M-T08", "M-C11", "M-C10", "M-I05"]
     /// Another slave's loss restarts every slave.
@@ -267,7 +267,7 @@ mistakes! {
     /// Auto_Clear is configured, and CLEAR does not come.
     NoAutoClear ["M-O07"]
     /// A slave that comes back with its state kept is not taken.
-    WaitsForPrmReq ["M-L07", "M-E16"]
+    WaitsForPrmReq ["M-L07", "M-E16", "M-E10"]
     /// A slave that is not there at the beginning is forgotten.
     ForgetsAbsent ["M-L09", "M-B04", "M-L06"]
     /// It ends when a slave answers with data that says the request was not taken.
