@@ -45,4 +45,5 @@ pub use node::{CanopenDevice, CanopenEvent, RecallError};
 pub use plain_node::PlainNode;
 pub use plain_station::{PlainStation, SlaveDevice};
 pub use station_event::StationEvent;
+pub(crate) use station_event::write_reply;
 pub use vocabulary::Vocabulary;

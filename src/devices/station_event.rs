@@ -6,6 +6,7 @@ use crate::face::{AnyDeviceEvent, DeviceEvent, ErrorKind, EventKind, Reason};
 use crate::profibus::dp;
 use crate::profibus::dpv1;
 use crate::profibus::fdl::FrameError;
+use crate::profibus::fdl::MAX_TELEGRAM_LEN;
 use crate::profibus::fdl::station::TooLate;
 
 /// Something a user may want to read. `Display` is one line of plain English. `D` is an event of the device behind the slave.
@@ -77,6 +78,25 @@ impl<D: DeviceEvent + PartialEq> StationEvent<D> {
             Self::ReplyTooLate(too_late) => StationEvent::ReplyTooLate(too_late),
             Self::Device(event) => StationEvent::Device(AnyDeviceEvent::new(event)),
             Self::Lost { events } => StationEvent::Lost { events },
+        }
+    }
+}
+
+/// Writes the reply of a station to `buf`, if there is one: how many octets it has. That one is too late is news.
+pub(crate) fn write_reply(
+    reply: Result<Option<&[u8]>, TooLate>,
+    buf: &mut [u8; MAX_TELEGRAM_LEN],
+    news: &mut dyn FnMut(StationEvent),
+) -> Option<usize> {
+    match reply {
+        Ok(octets) => {
+            let octets = octets?;
+            buf.get_mut(..octets.len())?.copy_from_slice(octets);
+            Some(octets.len())
+        }
+        Err(too_late) => {
+            news(StationEvent::ReplyTooLate(too_late));
+            None
         }
     }
 }

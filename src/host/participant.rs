@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use super::state_dir::Images;
 use super::{GsdStation, Stored};
-use crate::devices::{PlainStation, SlaveDevice, StationEvent};
+use crate::devices::{PlainStation, SlaveDevice, StationEvent, write_reply};
 use crate::face::{Description, DriveState, Why};
 use crate::profibus::dp;
 use crate::profibus::fdl::{Address, MAX_TELEGRAM_LEN, Rates, Telegram};
@@ -276,17 +276,7 @@ impl<A: dp::Application + Send + 'static> Participant for dp::Station<A> {
         buf: &mut [u8; MAX_TELEGRAM_LEN],
         news: &mut dyn FnMut(StationEvent),
     ) -> Option<usize> {
-        match Self::poll_transmit(self, now) {
-            Ok(octets) => {
-                let octets = octets?;
-                buf.get_mut(..octets.len())?.copy_from_slice(octets);
-                Some(octets.len())
-            }
-            Err(too_late) => {
-                news(StationEvent::ReplyTooLate(too_late));
-                None
-            }
-        }
+        write_reply(Self::poll_transmit(self, now), buf, news)
     }
 
     fn poll_timeout(&self) -> Option<Instant> {

@@ -23,10 +23,10 @@ mod parameters;
 mod why;
 
 use super::profile;
-use crate::devices::StationEvent;
 use crate::devices::ag03::unit::{ApplicationCycle, Cycles};
 use crate::devices::ppo_drive::table::{Channel, Row, Table, Tie};
 use crate::devices::ppo_drive::{Command, Drive, Fault, Quantity, SetError, Settings};
+use crate::devices::{StationEvent, write_reply};
 use crate::profibus::dp;
 use crate::profibus::dp::chk_cfg::{Identifier, Units, identifiers};
 use crate::profibus::dp::{Application, Description};
@@ -254,17 +254,7 @@ impl<A: Application> PpoDrive<A> {
         buf: &mut [u8; MAX_TELEGRAM_LEN],
         news: &mut dyn FnMut(StationEvent),
     ) -> Option<usize> {
-        match self.station.poll_transmit(now) {
-            Ok(octets) => {
-                let octets = octets?;
-                buf.get_mut(..octets.len())?.copy_from_slice(octets);
-                Some(octets.len())
-            }
-            Err(too_late) => {
-                news(StationEvent::ReplyTooLate(too_late));
-                None
-            }
-        }
+        write_reply(self.station.poll_transmit(now), buf, news)
     }
 
     /// When to call [`PpoDrive::handle_timeout`] and [`PpoDrive::poll_transmit`] again; `None` = a telegram comes first.

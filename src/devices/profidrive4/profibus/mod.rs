@@ -42,9 +42,9 @@ pub use telegram::Telegram;
 use parameters::{Effect, Known, Parameters};
 use records::{Pending, Records};
 
-use crate::devices::StationEvent;
 use crate::devices::ag03::unit::{ApplicationCycle, Cycles};
 use crate::devices::profidrive4::{Command, Drive, Fault, Setting};
+use crate::devices::{StationEvent, write_reply};
 use crate::profibus::dp;
 use crate::profibus::dp::{Application, Description};
 use crate::profibus::dpv1::{self, Identification, Offer};
@@ -261,17 +261,7 @@ impl<A: Application> ProfidriveDevice<TelegramOnly<A>> {
         buf: &mut [u8; MAX_TELEGRAM_LEN],
         news: &mut dyn FnMut(StationEvent),
     ) -> Option<usize> {
-        match self.station.poll_transmit(now) {
-            Ok(octets) => {
-                let octets = octets?;
-                buf.get_mut(..octets.len())?.copy_from_slice(octets);
-                Some(octets.len())
-            }
-            Err(too_late) => {
-                news(StationEvent::ReplyTooLate(too_late));
-                None
-            }
-        }
+        write_reply(self.station.poll_transmit(now), buf, news)
     }
 
     /// When to call [`ProfidriveDevice::handle_timeout`] and [`ProfidriveDevice::poll_transmit`] again; `None` = a telegram
