@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use crate::explain::{Context, hex};
 use crate::profibus::fdl::Address;
+use crate::profibus::fdl::telegram;
 use crate::profibus::fdl::telegram::{Decoded, decode};
 use crate::time::Instant;
 
@@ -56,13 +57,23 @@ impl Moment {
     }
 }
 
-/// A telegram that shows a verdict.
+/// A telegram, or a frame of CAN, that shows a verdict.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Telegram {
-    /// The sending.
-    pub moment: Moment,
-    /// What it means.
+    /// When its first octet began, as [`Moment::at`].
+    pub at: Instant,
+    /// Who sent it.
+    pub side: Side,
+    /// The address that it has of its sender; `None`: it has none.
+    pub from: Option<u8>,
+    /// The address of the one that it is for.
+    pub to: Option<u8>,
+    /// Its octets as text.
+    pub hex: String,
+    /// What it means. Octets that are no telegram have no meaning for anybody.
     pub explained: String,
+    /// Whether it is whole and right.
+    pub is_whole: bool,
 }
 
 /// Sendings with their meaning, beside the ident numbers of the stations. A stream explains itself: the reply by its request.
@@ -76,9 +87,27 @@ pub(super) fn explained(
     }
     let explain = |moment: Moment| {
         let explained = context.telegram(&moment.octets).line();
-        Telegram { moment, explained }
+        let decoded = decode(&moment.octets);
+        let (from, to) = named(&decoded);
+        let is_whole = matches!(decoded, Decoded::Telegram { .. });
+        Telegram { at: moment.at, side: moment.side, from, to, hex: moment.hex(), explained, is_whole }
     };
     moments.into_iter().map(explain).collect()
+}
+
+/// Who sends a telegram and whom it is for.
+const fn named(decoded: &Decoded<'_>) -> (Option<u8>, Option<u8>) {
+    match decoded {
+        Decoded::Telegram { telegram: telegram::Telegram::Data(data), .. } => {
+            (Some(data.sa.number()), Some(data.da.number()))
+        }
+        Decoded::Telegram { telegram: telegram::Telegram::Token { da, sa }, .. } => {
+            (Some(sa.number()), Some(da.number()))
+        }
+        Decoded::Telegram { telegram: telegram::Telegram::ShortAcknowledge, .. }
+        | Decoded::Incomplete
+        | Decoded::Invalid { .. } => (None, None),
+    }
 }
 
 /// The telegrams in one sending of a station: a reply sent twice is two, noise in front of a reply is apart.

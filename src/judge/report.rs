@@ -2,8 +2,8 @@
 //!
 //! | file | holds |
 //! | --- | --- |
-//! | here | [`Report`]: JSON for programs, a table for a terminal |
-//! | `outcome` | [`Outcome`]: whether the master is right, and whether enough was judged to say so |
+//! | here | [`ReportOf`]: JSON for programs, a table for a terminal |
+//! | `outcome` | [`Outcome`]: whether the subject is right, and whether enough was judged to say so |
 //! | `junit` | JUnit XML, for CI |
 //! | `html` | one page for people |
 //! | `diagram` | the telegrams of a verdict as a drawing |
@@ -14,10 +14,9 @@ use core::fmt::{self, Write};
 use core::time::Duration;
 
 use super::figures::Figures;
-use super::findings::{Judgement, Verdict};
 use super::moment::Telegram;
-use super::play::Ending;
-use super::rows::Row;
+use super::requirement::{Conclusion, Requirement, Standing};
+use super::verdict::{JudgementOf, Verdict};
 use crate::profibus::fdl::Address;
 use crate::time::Instant;
 
@@ -37,16 +36,16 @@ const STATION: &str = "station";
 
 /// The verdicts on the rows, and how the judgement ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Report {
+pub struct ReportOf<R: Requirement> {
     /// One verdict a row, in the order of the table.
-    pub judgements: Vec<Judgement>,
+    pub judgements: Vec<JudgementOf<R>>,
     /// How it ended.
-    pub ending: Ending,
+    pub ending: R::Ending,
     /// Rows that must be judged: without a verdict on each of them it is not finished.
-    pub required: Vec<Row>,
+    pub required: Vec<R>,
     /// When it began, in words; `None`: nobody said.
     pub date: Option<String>,
-    /// What was configured in the master: options of the command, and their values.
+    /// What was configured: options of the command, and their values.
     pub configuration: Vec<(&'static str, String)>,
     /// Times of telegrams count from here.
     pub origin: Instant,
@@ -58,8 +57,8 @@ pub struct Report {
     pub watchdogs: Vec<(Address, Duration)>,
 }
 
-impl Report {
-    pub(super) fn new(judgements: Vec<Judgement>, ending: Ending, origin: Instant) -> Self {
+impl<R: Requirement> ReportOf<R> {
+    pub(super) fn new(judgements: Vec<JudgementOf<R>>, ending: R::Ending, origin: Instant) -> Self {
         Self {
             judgements,
             ending,
@@ -85,7 +84,7 @@ impl Report {
 
     /// Seconds since the origin.
     pub fn seconds(&self, telegram: &Telegram) -> f64 {
-        telegram.moment.at.saturating_since(self.origin).as_secs_f64()
+        telegram.at.saturating_since(self.origin).as_secs_f64()
     }
 
     /// The report as JSON: `{"version":1,"rows":[..]}`.
@@ -125,30 +124,33 @@ impl Report {
         text.push_str("},");
     }
 
-    fn write_row(&self, text: &mut String, judgement: &Judgement) {
-        let Judgement { row, verdict, reason, telegrams, scenario, took, .. } = judgement;
+    fn write_row(&self, text: &mut String, judgement: &JudgementOf<R>) {
+        let JudgementOf { row, verdict, reason, telegrams, scenario, took, .. } = judgement;
         let _ = write!(
             text,
             "\n{{\"id\":\"{}\",\"verdict\":\"{}\",\"reason\":{},\"text\":{},\"seconds\":{:.3},",
             row.id(),
             verdict.name(),
             Quoted(reason),
-            Quoted(row.about().text),
+            Quoted(row.text()),
             took.as_secs_f64()
         );
+        if let Some(rule) = row.rule() {
+            let _ = write!(text, "\"rule\":{},", Quoted(rule));
+        }
         if let Some(scenario) = scenario {
             let _ = write!(text, "\"scenario\":{},", Quoted(scenario));
         }
         text.push_str("\"telegrams\":[");
         for (number, telegram) in telegrams.iter().enumerate() {
-            let Telegram { moment, explained } = telegram;
+            let Telegram { side, hex, explained, .. } = telegram;
             let _ = write!(
                 text,
                 "{}{{\"t\":{:.6},\"from\":\"{}\",\"hex\":\"{}\",\"explained\":{}}}",
                 if number > 0 { "," } else { "" },
                 self.seconds(telegram),
-                moment.side,
-                moment.hex(),
+                side,
+                hex,
                 Quoted(explained)
             );
         }
@@ -171,32 +173,34 @@ impl Verdict {
 /// Telegrams of one failure on a terminal.
 const SHOWN: usize = 8;
 
-impl fmt::Display for Report {
+impl<R: Requirement> fmt::Display for ReportOf<R> {
     /// Failures and warnings first, with their telegrams; then a line a row.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for verdict in [Verdict::Fail, Verdict::Warn] {
             for judgement in self.judgements.iter().filter(|judgement| judgement.verdict == verdict) {
-                let Judgement { row, reason, telegrams, .. } = judgement;
-                writeln!(f, "{} {}  {}", verdict.name().to_uppercase(), row.id(), row.about().text)?;
+                let JudgementOf { row, reason, telegrams, .. } = judgement;
+                writeln!(f, "{} {}  {}", verdict.name().to_uppercase(), row.id(), row.text())?;
                 writeln!(f, "     {reason}")?;
+                if let Some(rule) = row.rule() {
+                    writeln!(f, "     the rule: {rule}")?;
+                }
                 if let Some(scenario) = &judgement.scenario {
                     writeln!(f, "     while: {scenario}")?;
                 }
                 for telegram in telegrams.iter().skip(telegrams.len().saturating_sub(SHOWN)) {
-                    let Telegram { moment, explained } = telegram;
+                    let Telegram { side, hex, explained, .. } = telegram;
                     let at = self.seconds(telegram);
-                    writeln!(f, "     {at:>10.6}  {:<4} {explained}  [{}]", moment.side, moment.hex())?;
+                    writeln!(f, "     {at:>10.6}  {side:<4} {explained}  [{hex}]")?;
                 }
                 writeln!(f)?;
             }
         }
         let mut group = None;
-        for Judgement { row, verdict, reason, .. } in &self.judgements {
-            let about = row.about();
-            if group.replace(about.group) != Some(about.group) {
-                writeln!(f, "{}", about.group.title())?;
+        for JudgementOf { row, verdict, reason, .. } in &self.judgements {
+            if group.replace(row.group()) != Some(row.group()) {
+                writeln!(f, "{}", row.group())?;
             }
-            writeln!(f, "  {:<10} {}  {}", verdict.name(), about.id, about.text)?;
+            writeln!(f, "  {:<10} {}  {}", verdict.name(), row.id(), row.text())?;
             if *verdict == Verdict::NotJudged {
                 writeln!(f, "             {reason}")?;
             }
@@ -214,7 +218,7 @@ impl fmt::Display for Report {
         )?;
         self.write_figures_line(f)?;
         if let Outcome::NotFinished(why) = self.outcome()
-            && self.ending.is_complete()
+            && self.ending.standing() != Standing::Partial
         {
             writeln!(f, "not finished: {why}")?;
         }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use profidrive::judge::{Row, Verdict};
+use profidrive::judge::{Requirement as _, Row, Verdict};
 
 use crate::operated::ASKED;
 use crate::rates::AT_RATES;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use profidrive::host::link::memory::Wire;
 use profidrive::host::{Stop, SystemClock};
-use profidrive::judge::{Judge, Progress, Report, Row, Setup, Verdict, live};
+use profidrive::judge::{Judge, Progress, Report, Requirement as _, Row, Setup, Verdict, live};
 use profidrive::time::BaudRate;
 
 use crate::configured::setup;

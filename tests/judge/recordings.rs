@@ -313,10 +313,11 @@ fn what_decides_is_among_the_telegrams() {
     let report = judged(Some(Mistake::IgnoresPrmReq), &[Row::D02]);
     let judgement = &report.judgements[0];
     assert_eq!(judgement.verdict, Verdict::Fail, "{report}");
-    let shows = |octets: &[u8]| {
+    let shows = |hex: &str| {
+        let octets: Vec<u8> = hex.split(' ').map(|octet| u8::from_str_radix(octet, 16).unwrap()).collect();
         octets.get(8) == Some(&60) && octets.get(10).is_some_and(|octet| octet & PRM_REQ != 0)
     };
-    assert!(judgement.telegrams.iter().any(|telegram| shows(&telegram.moment.octets)), "{report}");
+    assert!(judgement.telegrams.iter().any(|telegram| shows(&telegram.hex)), "{report}");
 }
 
 /// Nothing is known of the user parameters without `prm=` and without a device file.

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use profidrive::gsd::Gsd;
 use profidrive::host::link::memory::{End, Wire};
 use profidrive::host::{Stop, SystemClock};
-use profidrive::judge::{Judge, Report, Row, Setup, Slave, Verdict, live};
+use profidrive::judge::{Judge, Report, Requirement as _, Row, Setup, Slave, Verdict, live};
 use profidrive::master::{Session, Settings};
 use profidrive::profibus::fdl::Address;
 use profidrive::profibus::ppo::PPO_LEN;

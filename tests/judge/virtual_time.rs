@@ -4,7 +4,9 @@ use core::time::Duration;
 use std::sync::OnceLock;
 
 use profidrive::bench::Line;
-use profidrive::judge::{Ending, Report, Row, Setup, Verdict, simulated, simulated_until_breach};
+use profidrive::judge::{
+    Ending, Report, Requirement as _, Row, Setup, Verdict, simulated, simulated_until_breach,
+};
 use profidrive::time::BaudRate;
 
 use crate::configured::{configured, setup};

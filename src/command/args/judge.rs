@@ -4,7 +4,7 @@ use core::str::FromStr;
 use core::time::Duration;
 use std::path::PathBuf;
 
-use crate::judge::{Row, Slave};
+use crate::judge::{Requirement as _, Row, Slave};
 use crate::profibus::fdl::Address;
 use crate::time::BaudRate;
 use clap::Args;
@@ -169,7 +169,7 @@ Examples:
 pub(crate) struct Rows(pub(crate) Vec<Row>);
 
 fn rows(pattern: &str) -> Result<Rows, String> {
-    let rows: Vec<Row> = Row::matching(pattern.trim()).collect();
+    let rows: Vec<Row> = Row::matching(pattern.trim());
     if rows.is_empty() {
         return Err("no row has this name; expected names such as M-C03, or beginnings such as M-E*".into());
     }

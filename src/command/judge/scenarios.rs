@@ -15,7 +15,7 @@ use core::time::Duration;
 use std::path::{Path, PathBuf};
 
 use crate::judge::scenario::{MissingStation, Scenario, Step, Which};
-use crate::judge::{Act, Row, Setup};
+use crate::judge::{Act, Requirement as _, Row, Setup};
 use crate::profibus::fdl::Address;
 use serde::Deserialize;
 

@@ -2,11 +2,10 @@
 
 use core::fmt::Write;
 
-use super::Report;
+use super::ReportOf;
 use super::markup::Text;
-use crate::judge::moment::{Moment, Side, Telegram};
-use crate::profibus::fdl::telegram;
-use crate::profibus::fdl::telegram::{Decoded, decode};
+use crate::judge::moment::{Side, Telegram};
+use crate::judge::requirement::Requirement;
 
 /// Where the line of the master stands, and how far the next one is. In pixels, as everything here.
 const MASTER_X: usize = 130;
@@ -21,10 +20,12 @@ const OCTETS: usize = 96;
 const OCTET_LINES: usize = 2;
 /// More than so many seconds between two telegrams are drawn as a gap.
 const GAP: f64 = 0.2;
+/// From this address on it is for everybody: a slave that has no address yet, and broadcast.
+const EVERYBODY: u8 = 126;
 /// How wide the text beside the lanes is.
 const TEXT_WIDTH: usize = 720;
 
-impl Report {
+impl<R: Requirement> ReportOf<R> {
     /// The telegrams as inline SVG.
     pub(super) fn diagram(&self, name: &str, telegrams: &[Telegram]) -> String {
         let lanes = Lanes::of(telegrams);
@@ -67,7 +68,7 @@ impl Report {
 
     /// Draws one telegram and says how high it is.
     fn draw(&self, rows: &mut String, lanes: &Lanes, telegram: &Telegram, y: usize) -> usize {
-        let Telegram { moment, explained } = telegram;
+        let Telegram { side, hex, explained, .. } = telegram;
         let middle = y + 8;
         let _ = writeln!(
             rows,
@@ -75,9 +76,9 @@ impl Report {
             y + 12,
             self.seconds(telegram)
         );
-        let from = lanes.from(moment);
-        let class = if moment.side == Side::Master { "m" } else { "s" };
-        match lanes.to(moment) {
+        let from = lanes.from(telegram);
+        let class = if *side == Side::Master { "m" } else { "s" };
+        match lanes.to(telegram) {
             Some(to) if to != from => {
                 let head = if to > from { to - 7 } else { to + 7 };
                 let _ = writeln!(
@@ -94,16 +95,15 @@ impl Report {
         }
         let x = lanes.text_x();
         let mut height = 0;
-        let hex = moment.hex();
-        let _ = writeln!(rows, "<g><title>{}</title>", Text(&hex));
+        let _ = writeln!(rows, "<g><title>{}</title>", Text(hex));
         for line in wrapped(explained, WORDS) {
             let _ = writeln!(rows, "<text x=\"{x}\" y=\"{}\">{}</text>", y + 12 + height, Text(&line));
             height += LINE;
         }
-        let lines = wrapped(&hex, OCTETS);
+        let lines = wrapped(hex, OCTETS);
         for (number, line) in lines.iter().take(OCTET_LINES).enumerate() {
             let more = if number + 1 == OCTET_LINES && lines.len() > OCTET_LINES {
-                format!(" … {} octets", moment.octets.len())
+                format!(" … {} octets", hex.split_whitespace().count())
             } else {
                 String::new()
             };
@@ -125,22 +125,24 @@ struct Lanes {
 impl Lanes {
     fn of(telegrams: &[Telegram]) -> Self {
         let mut stations = Vec::new();
-        for Telegram { moment, .. } in telegrams {
-            match moment.side {
+        for telegram in telegrams {
+            let to = telegram.to.filter(|address| *address < EVERYBODY);
+            match telegram.side {
                 Side::Station(Some(address)) => stations.push(address.number()),
-                Side::Master => stations.extend(destination(moment).filter(|address| *address < 126)),
+                Side::Master => stations.extend(to),
                 Side::Other(address) => {
                     stations.push(address.number());
-                    stations.extend(destination(moment).filter(|address| *address < 126));
+                    stations.extend(to);
                 }
                 Side::Station(None) => {}
             }
         }
-        let masters: Vec<u8> = telegrams.iter().filter_map(|telegram| source(&telegram.moment)).collect();
+        let of_master = telegrams.iter().filter(|telegram| telegram.side == Side::Master);
+        let masters: Vec<u8> = of_master.filter_map(|telegram| telegram.from).collect();
         stations.retain(|station| !masters.contains(station));
         stations.sort_unstable();
         stations.dedup();
-        let nobody = telegrams.iter().any(|telegram| telegram.moment.side == Side::Station(None));
+        let nobody = telegrams.iter().any(|telegram| telegram.side == Side::Station(None));
         Self { stations, nobody }
     }
 
@@ -166,8 +168,8 @@ impl Lanes {
         self.stations.iter().position(|known| *known == station).map(|lane| x(lane + 1))
     }
 
-    fn from(&self, moment: &Moment) -> usize {
-        match moment.side {
+    fn from(&self, telegram: &Telegram) -> usize {
+        match telegram.side {
             Side::Master => MASTER_X,
             Side::Station(Some(address)) | Side::Other(address) => {
                 self.lane(address.number()).unwrap_or(MASTER_X)
@@ -176,48 +178,22 @@ impl Lanes {
         }
     }
 
-    fn to(&self, moment: &Moment) -> Option<usize> {
-        match moment.side {
+    fn to(&self, telegram: &Telegram) -> Option<usize> {
+        match telegram.side {
             // Global_Control goes to everybody.
-            Side::Master => match destination(moment)? {
-                126.. => Some(x(self.count() - 1)),
+            Side::Master => match telegram.to? {
+                EVERYBODY.. => Some(x(self.count() - 1)),
                 station => self.lane(station),
             },
             // A lane of its own has everybody but the master under test.
-            Side::Other(_) => Some(destination(moment).and_then(|to| self.lane(to)).unwrap_or(MASTER_X)),
-            Side::Station(_) => {
-                matches!(decode(&moment.octets), Decoded::Telegram { .. }).then_some(MASTER_X)
-            }
+            Side::Other(_) => Some(telegram.to.and_then(|to| self.lane(to)).unwrap_or(MASTER_X)),
+            Side::Station(_) => telegram.is_whole.then_some(MASTER_X),
         }
     }
 }
 
 const fn x(lane: usize) -> usize {
     MASTER_X + LANE * lane
-}
-
-fn destination(moment: &Moment) -> Option<u8> {
-    match decode(&moment.octets) {
-        Decoded::Telegram { telegram: telegram::Telegram::Data(data), .. } => Some(data.da.number()),
-        Decoded::Telegram { telegram: telegram::Telegram::Token { da, .. }, .. } => Some(da.number()),
-        Decoded::Telegram { telegram: telegram::Telegram::ShortAcknowledge, .. }
-        | Decoded::Incomplete
-        | Decoded::Invalid { .. } => None,
-    }
-}
-
-/// The address of the master, from what it sends.
-fn source(moment: &Moment) -> Option<u8> {
-    if moment.side != Side::Master {
-        return None;
-    }
-    match decode(&moment.octets) {
-        Decoded::Telegram { telegram: telegram::Telegram::Data(data), .. } => Some(data.sa.number()),
-        Decoded::Telegram { telegram: telegram::Telegram::Token { sa, .. }, .. } => Some(sa.number()),
-        Decoded::Telegram { telegram: telegram::Telegram::ShortAcknowledge, .. }
-        | Decoded::Incomplete
-        | Decoded::Invalid { .. } => None,
-    }
 }
 
 /// Cut between words; a word longer than a line stays whole.

@@ -3,8 +3,9 @@
 use core::fmt::{self, Write};
 use core::time::Duration;
 
-use super::Report;
+use super::ReportOf;
 use crate::judge::figures::{Figures, Part, Spread};
+use crate::judge::requirement::Requirement;
 
 /// The plot, in pixels: its size, and where the curves of the cycle and the bars of what was lost are.
 const WIDTH: f64 = 1000.0;
@@ -31,7 +32,7 @@ impl fmt::Display for Spread {
     }
 }
 
-impl Report {
+impl<R: Requirement> ReportOf<R> {
     /// The traffic in figures, if a cycle was measured.
     fn traffic(&self) -> Option<&Figures> {
         Some(&self.figures).filter(|figures| figures.cycle_time().count() > 0)

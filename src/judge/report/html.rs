@@ -3,13 +3,14 @@
 use core::fmt::Write;
 
 use super::markup::Text;
-use super::{PROGRAM, Report, Verdict};
-use crate::judge::findings::Judgement;
+use super::{PROGRAM, ReportOf};
+use crate::judge::requirement::Requirement;
+use crate::judge::verdict::{JudgementOf, Verdict};
 
 /// Its style, with colours for light and dark.
 const STYLE: &str = include_str!("page.css");
 
-impl Report {
+impl<R: Requirement> ReportOf<R> {
     /// The report as one HTML page that needs nothing else. `subject` is what was judged, as the page names it.
     pub fn html(&self, subject: &str) -> String {
         let mut page =
@@ -63,26 +64,29 @@ impl Report {
         }
         page.push_str("</tbody>\n</table>\n");
         if let Some(trouble) = self.outcome().trouble() {
-            let _ = writeln!(page, "<p class=\"fail\">No verdict on the master: {}.</p>", Text(trouble));
+            let _ =
+                writeln!(page, "<p class=\"fail\">No verdict on the {}: {}.</p>", R::SUBJECT, Text(trouble));
         }
     }
 
-    fn write_finding(&self, page: &mut String, judgement: &Judgement) {
-        let Judgement { row, verdict, reason, telegrams, scenario, .. } = judgement;
-        let about = row.about();
+    fn write_finding(&self, page: &mut String, judgement: &JudgementOf<R>) {
+        let JudgementOf { row, verdict, reason, telegrams, scenario, .. } = judgement;
         let _ = writeln!(
             page,
             "<section id=\"{id}\" class=\"{class}\">\n<h3><span class=\"{class}\">{class}</span> {id} {text}</h3>\n<p>{reason}</p>",
-            id = about.id,
+            id = row.id(),
             class = verdict.name(),
-            text = Text(about.text),
+            text = Text(row.text()),
             reason = Text(reason)
         );
+        if let Some(rule) = row.rule() {
+            let _ = writeln!(page, "<p>The rule: {}</p>", Text(rule));
+        }
         if let Some(scenario) = scenario {
             let _ = writeln!(page, "<p>While: {}.</p>", Text(scenario));
         }
         if !telegrams.is_empty() {
-            let _ = writeln!(page, "<div class=\"scroll\">\n{}</div>", self.diagram(about.id, telegrams));
+            let _ = writeln!(page, "<div class=\"scroll\">\n{}</div>", self.diagram(row.id(), telegrams));
         }
         page.push_str("</section>\n");
     }
@@ -90,26 +94,25 @@ impl Report {
     fn write_rows(&self, page: &mut String) {
         page.push_str("<h2>Every row</h2>\n<table>\n<tbody>\n");
         let mut group = None;
-        for Judgement { row, verdict, reason, telegrams, .. } in &self.judgements {
-            let about = row.about();
-            if group.replace(about.group) != Some(about.group) {
+        for JudgementOf { row, verdict, reason, telegrams, .. } in &self.judgements {
+            if group.replace(row.group()) != Some(row.group()) {
                 let _ = writeln!(
                     page,
                     "<tr><th colspan=\"3\" scope=\"colgroup\">{}</th></tr>",
-                    Text(about.group.title())
+                    Text(row.group())
                 );
             }
             let class = verdict.name();
             let id = if telegrams.is_empty() {
-                about.id.into()
+                row.id().into()
             } else {
-                std::format!("<a href=\"#{0}\">{0}</a>", about.id)
+                std::format!("<a href=\"#{0}\">{0}</a>", row.id())
             };
             let _ = writeln!(
                 page,
                 "<tr><td><span class=\"{class}\">{}</span></td><td>{id}</td><td>{}<br/><small>{}</small></td></tr>",
                 class.replace('_', " "),
-                Text(about.text),
+                Text(row.text()),
                 Text(reason)
             );
         }

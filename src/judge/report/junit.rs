@@ -3,14 +3,14 @@
 use core::fmt::Write;
 
 use super::markup::Text;
-use super::{PROGRAM, Report, Verdict};
-use crate::judge::findings::Judgement;
-use crate::judge::rows::Group;
+use super::{PROGRAM, ReportOf};
+use crate::judge::requirement::Requirement;
+use crate::judge::verdict::{JudgementOf, Verdict};
 
-impl Report {
+impl<R: Requirement> ReportOf<R> {
     /// The report as JUnit XML, for CI. A row is a test case and its group the suite; a row that was not judged is
-    /// skipped, a warning passes and is told in `system-out`. Where there is no verdict on the master as a whole, because
-    /// none came or the judgement was not finished, the first case is an error.
+    /// skipped, a warning passes and is told in `system-out`. Where there is no verdict as a whole, because
+    /// nobody came or the judgement was not finished, the first case is an error.
     pub fn junit(&self) -> String {
         let mut text = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
         let outcome = self.outcome();
@@ -26,12 +26,11 @@ impl Report {
             date.unwrap_or_default()
         );
         self.write_ending(&mut text, trouble);
-        let mut groups: std::vec::Vec<Group> =
-            self.judgements.iter().map(|judgement| judgement.row.about().group).collect();
+        let mut groups: Vec<&str> = self.judgements.iter().map(|judgement| judgement.row.group()).collect();
         groups.dedup();
         for group in groups {
-            let rows = || self.judgements.iter().filter(|judgement| judgement.row.about().group == group);
-            let _ = writeln!(text, "<testsuite name=\"{}\"{}>", Text(group.title()), Counts::of(rows()));
+            let rows = || self.judgements.iter().filter(|judgement| judgement.row.group() == group);
+            let _ = writeln!(text, "<testsuite name=\"{}\"{}>", Text(group), Counts::of(rows()));
             for judgement in rows() {
                 self.write_case(&mut text, judgement);
             }
@@ -58,15 +57,14 @@ impl Report {
         text.push_str("</testsuite>\n");
     }
 
-    fn write_case(&self, text: &mut String, judgement: &Judgement) {
-        let Judgement { row, verdict, reason, took, .. } = judgement;
-        let about = row.about();
+    fn write_case(&self, text: &mut String, judgement: &JudgementOf<R>) {
+        let JudgementOf { row, verdict, reason, took, .. } = judgement;
         let _ = write!(
             text,
             "<testcase classname=\"judge.{}\" name=\"{} {}\" time=\"{:.3}\"",
-            Text(about.group.title()),
-            about.id,
-            Text(about.text),
+            Text(row.group()),
+            row.id(),
+            Text(row.text()),
             took.as_secs_f64()
         );
         let reason = Text(reason);
@@ -76,7 +74,7 @@ impl Report {
             Verdict::Fail => writeln!(
                 text,
                 "><failure type=\"{}\" message=\"{reason}\">{}</failure></testcase>",
-                about.id,
+                row.id(),
                 Text(&self.telegram_lines(judgement))
             ),
             Verdict::Warn => writeln!(
@@ -87,15 +85,17 @@ impl Report {
         };
     }
 
-    fn telegram_lines(&self, judgement: &Judgement) -> String {
+    fn telegram_lines(&self, judgement: &JudgementOf<R>) -> String {
         let mut lines = String::new();
+        if let Some(rule) = judgement.row.rule() {
+            let _ = writeln!(lines, "the rule: {rule}");
+        }
         if let Some(scenario) = &judgement.scenario {
             let _ = writeln!(lines, "while: {scenario}");
         }
         for telegram in &judgement.telegrams {
-            let (at, side) = (self.seconds(telegram), telegram.moment.side);
-            let _ =
-                writeln!(lines, "{at:>10.6}  {side:<4} {}  [{}]", telegram.explained, telegram.moment.hex());
+            let (at, side) = (self.seconds(telegram), telegram.side);
+            let _ = writeln!(lines, "{at:>10.6}  {side:<4} {}  [{}]", telegram.explained, telegram.hex);
         }
         lines
     }
@@ -110,7 +110,7 @@ struct Counts {
 }
 
 impl Counts {
-    fn of<'a>(judgements: impl Iterator<Item = &'a Judgement>) -> Self {
+    fn of<'a, R: Requirement>(judgements: impl Iterator<Item = &'a JudgementOf<R>>) -> Self {
         let mut counts = Self { tests: 0, failures: 0, errors: 0, skipped: 0 };
         for judgement in judgements {
             counts.tests += 1;

@@ -1,8 +1,8 @@
-//! Whether a judgement says that the master is right: no row failed, and enough was judged to say so.
+//! Whether a judgement says that the subject is right: no row failed, and enough was judged to say so.
 
-use super::{Report, Verdict};
-use crate::judge::play::Ending;
-use crate::judge::rows::{Group, Row};
+use super::ReportOf;
+use crate::judge::requirement::{Conclusion, Requirement, Standing};
+use crate::judge::verdict::Verdict;
 
 /// What a judgement as a whole says.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -11,7 +11,7 @@ pub enum Outcome {
     Passed,
     /// A row failed.
     Failed,
-    /// No master came, or data exchange was never reached.
+    /// Nobody came, or data exchange was never reached.
     NoExchange(String),
     /// It did not go to its end, or what must be judged was not.
     NotFinished(String),
@@ -28,7 +28,7 @@ impl Outcome {
         }
     }
 
-    /// Why there is no verdict on the master as a whole.
+    /// Why there is no verdict as a whole.
     pub fn trouble(&self) -> Option<&str> {
         match self {
             Self::Passed | Self::Failed => None,
@@ -37,32 +37,18 @@ impl Outcome {
     }
 }
 
-impl Report {
-    /// What the judgement as a whole says. A row that failed only because the master ended is no verdict of a whole run.
+impl<R: Requirement> ReportOf<R> {
+    /// What the judgement as a whole says. A row that failed only because the subject ended is no verdict of a whole run.
     pub fn outcome(&self) -> Outcome {
-        let by_ending: &[Row] = match &self.ending {
-            Ending::NoMaster
-            | Ending::Noise
-            | Ending::NoExchange { .. }
-            | Ending::NotRead { after: None, .. } => {
-                return Outcome::NoExchange(self.ending.to_string());
-            }
-            Ending::Silent { rows, .. } => rows,
-            Ending::Done
-            | Ending::Read
-            | Ending::Cut { .. }
-            | Ending::Flood
-            | Ending::Lost { .. }
-            | Ending::NotRead { after: Some(_), .. }
-            | Ending::Breach
-            | Ending::TimeOver
-            | Ending::Stopped => &[],
-        };
-        let fails = |row: Row, verdict| verdict == Verdict::Fail && !by_ending.contains(&row);
+        let standing = self.ending.standing();
+        if standing == Standing::Nothing {
+            return Outcome::NoExchange(self.ending.to_string());
+        }
+        let fails = |row: R, verdict| verdict == Verdict::Fail && !self.ending.explains(row.id());
         if self.judgements.iter().any(|judgement| fails(judgement.row, judgement.verdict)) {
             return Outcome::Failed;
         }
-        if !self.ending.is_complete() {
+        if standing == Standing::Partial {
             return Outcome::NotFinished(self.ending.to_string());
         }
         self.missing().map_or(Outcome::Passed, Outcome::NotFinished)
@@ -70,7 +56,7 @@ impl Report {
 
     /// What must have been judged, and was not.
     fn missing(&self) -> Option<String> {
-        let judged = |row: &Row| {
+        let judged = |row: &R| {
             let mut judged =
                 self.judgements.iter().filter(|judgement| judgement.verdict != Verdict::NotJudged);
             judged.any(|judgement| judgement.row == *row)
@@ -84,20 +70,18 @@ impl Report {
             return Some("no row was judged".into());
         }
         // Nothing is provoked for a recording.
-        if self.ending != Ending::Done {
+        if self.ending.standing() == Standing::Read {
             return None;
         }
-        let mut groups: Vec<Group> =
-            self.judgements.iter().map(|judgement| judgement.row.about().group).collect();
+        let mut groups: Vec<&str> = self.judgements.iter().map(|judgement| judgement.row.group()).collect();
         groups.dedup();
-        let unjudged: Vec<&str> =
-            groups.into_iter().filter(|group| self.is_missed(*group)).map(Group::title).collect();
+        let unjudged: Vec<&str> = groups.into_iter().filter(|group| self.is_missed(group)).collect();
         (!unjudged.is_empty()).then(|| format!("no row of these groups was judged: {}", unjudged.join(", ")))
     }
 
     /// Whether rows of a group could have been judged, and none was.
-    fn is_missed(&self, group: Group) -> bool {
-        let rows = || self.judgements.iter().filter(move |judgement| judgement.row.about().group == group);
+    fn is_missed(&self, group: &str) -> bool {
+        let rows = || self.judgements.iter().filter(move |judgement| judgement.row.group() == group);
         rows().all(|judgement| judgement.verdict == Verdict::NotJudged)
             && rows().any(|judgement| judgement.applies)
     }
