@@ -127,7 +127,7 @@ pub(crate) struct PositionBlock {
     pub(crate) over_v: u16,
     pub(crate) over_acc: u16,
     pub(crate) over_dec: u16,
-    /// Bits 0 to 2: no OFF2, no OFF3, software limits.
+    /// Bits 0 to 3: no OFF2, no OFF3, software limits, limit switches; 8: a change is taken over at once.
     pub(crate) config_epos: u32,
     pub(crate) axis_enabled: bool,
     pub(crate) axis_pos_ok: bool,
@@ -197,12 +197,15 @@ impl PositionBlock {
         let pos_stw1 = PosStw1Bit::Mdi.when(mdi)
             | PosStw1Bit::Absolute.when(mode == ModePos::Absolute)
             | PosStw1Bit::SetUp.when(mode == ModePos::SetUp)
+            | PosStw1Bit::Continuous.when(of_config(8))
             | PosStw1Bit::Forward.when(self.positive)
             | PosStw1Bit::Backward.when(self.negative)
             | if mode == ModePos::Block { block } else { 0 };
         let pos_stw2 = PosStw2Bit::SetReference.when(mode == ModePos::SetReference && self.execute_mode)
             | PosStw2Bit::Incremental.when(mode == ModePos::JogIncremental)
-            | PosStw2Bit::SoftwareLimits.when(of_config(2));
+            | PosStw2Bit::HomeBackward.when(mode == ModePos::Home && self.negative)
+            | PosStw2Bit::SoftwareLimits.when(of_config(2))
+            | PosStw2Bit::LimitSwitches.when(of_config(3));
         let [target_high, target_low] = words(self.position.cast_unsigned());
         let [velocity_high, velocity_low] = words(self.velocity);
         let part = |percent: u16| low(u32::from(percent) * 0x4000 / 100);

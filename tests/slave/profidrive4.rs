@@ -318,3 +318,60 @@ fn another_telegram_than_the_only_one_is_refused() {
     rig.ask(OWNER, Some((62, 62)), &[0xC3, 0xC1, 0xC1, 0xFD, 0x00, 0x14]);
     assert_ne!(rig.drive.slave().state(), DpState::DataExch);
 }
+
+/// The words of telegram 110 with this STW1, SATZANW, POS_STW and target at 6 000 000 LU/min.
+fn words_of_110(stw1: u16, choice: u16, pos_stw: u16, target: u16) -> [u16; 12] {
+    [stw1, choice, pos_stw, 0, 0x4000, 0, target, 0, 6000, 0x4000, 0x4000, 1]
+}
+
+#[test]
+fn telegram_110_positions_by_mdi_and_tells_it_in_its_words() {
+    const MDI: u16 = 0x8000;
+    let mut rig = Rig::started(110);
+    rig.run(20, &words_of_110(OFF1, 0, 0, 0));
+    let inputs = rig.run(300, &words_of_110(0x043F, 0, 0, 0));
+    assert_eq!(rig.value(&inputs, Signal::Zsw1) & 0x0004, 0x0004, "operation");
+    // POS_STW bit 0 follows the shaft, bit 1 sets the reference.
+    let inputs = rig.run(20, &words_of_110(0x043F, 0, 1, 0));
+    assert_eq!(rig.value(&inputs, Signal::PosZsw) & 1, 1);
+    let inputs = rig.run(20, &words_of_110(0x043F, 0, 2, 0));
+    assert_eq!(rig.value(&inputs, Signal::Zsw1) & 0x0800, 0x0800, "the position has a reference");
+    rig.run(20, &words_of_110(0x043F, MDI, 0, 20_000));
+    let inputs = rig.run(100, &words_of_110(0x047F, MDI, 0, 20_000));
+    assert_eq!(rig.value(&inputs, Signal::Aktsatz), 0x8000);
+    assert_eq!(rig.value(&inputs, Signal::PosZsw) & 0x3C, 0x10, "forward, not yet there");
+    assert_eq!(rig.value(&inputs, Signal::Meldw) & 0x0C, 0x08, "600 rpm: below threshold 2, not below 3");
+    let inputs = rig.run(2000, &words_of_110(0x047F, MDI, 0, 20_000));
+    assert_eq!(rig.value(&inputs, Signal::XistA), 20_000);
+    assert_eq!(rig.value(&inputs, Signal::Zsw1) & 0x3400, 0x3400, "there, accepted, standing");
+    assert_eq!(rig.value(&inputs, Signal::PosZsw) & 0x3C, 0x0C, "setpoint stands and is reached");
+    assert_eq!(rig.value(&inputs, Signal::Meldw) & 0x0C, 0x0C);
+}
+
+#[test]
+fn telegram_111_tells_setting_up_and_cams() {
+    const SET_UP: u16 = 0xC200;
+    let words = |stw1: u16, pos_stw1: u16, pos_stw2: u16| {
+        [stw1, pos_stw1, pos_stw2, 0, 0x4000, 0, 0, 0, 600, 0x4000, 0x4000, 0]
+    };
+    let mut rig = Rig::started(111);
+    rig.run(20, &words(OFF1, 0, 0));
+    rig.run(300, &words(0x043F, 0, 0));
+    let inputs = rig.run(20, &words(0x043F, 0, 0x0002));
+    assert_eq!(rig.value(&inputs, Signal::PosZsw2) & 0x0300, 0x0300, "at both cam positions, 0");
+    rig.run(20, &words(0x043F, SET_UP, 0));
+    let inputs = rig.run(1000, &words(0x047F, SET_UP, 0));
+    assert_eq!(rig.value(&inputs, Signal::PosZsw1) & 0xC000, 0x4000, "set up, not positioning");
+    assert_eq!(rig.value(&inputs, Signal::PosZsw2) & 0x8310, 0x8010, "travels forward, beyond the cams");
+}
+
+#[test]
+fn pnu_923_has_the_parameter_of_each_signal_by_its_number() {
+    let mut rig = Rig::started(1);
+    // Elements 1 to 6: STW1, ZSW1, STW2, ZSW2, NSOLL_A, NIST_A; and 301, FAULT_CODE, the last but two.
+    let answer = rig.parameter(&[1, 1, 0, 2, 0x10, 6, 0x03, 0x9B, 0, 1, 0x10, 1, 0x03, 0x9B, 0x01, 0x2D]);
+    let first = [1, 1, 0, 2, 6, 6, 0x03, 0xC7, 0x03, 0xC8, 0, 0, 0, 0, 0, 20, 0, 21];
+    assert_eq!(answer, [&first[..], &[6, 1, 0x08, 0x53]].concat());
+    let beyond = rig.parameter(&[2, 1, 0, 1, 0x10, 1, 0x03, 0x9B, 0x01, 0x30]);
+    assert_eq!(beyond[..6], [2, 0x81, 0, 1, 0x44, 2], "no element 304: {beyond:?}");
+}

@@ -102,8 +102,10 @@ pub struct AxisStatus {
     pub velocity_limited: bool,
     /// At the software limits: minus, plus.
     pub at_software_limits: (bool, bool),
-    /// The limit switches: minus, plus.
+    /// The limit switches that hold and are reached: minus, plus.
     pub limit_switches: (bool, bool),
+    /// The setpoint follows the shaft.
+    pub tracks: bool,
     /// Referencing runs.
     pub homing: bool,
     /// Whose motion runs.
@@ -156,7 +158,6 @@ impl Drive {
         let position = self.position(plant.position);
         let (low, high) = self.software_limits();
         let near = 0.5 * self.unit();
-        let closed = self.switches();
         let (by, endless) = match axis.activity {
             Activity::Travel { by, .. } => (Some(by), false),
             Activity::Endless { by, .. } => (Some(by), true),
@@ -184,7 +185,8 @@ impl Drive {
             },
             velocity_limited: axis.velocity_limited,
             at_software_limits: (plant.position <= low + near, plant.position >= high - near),
-            limit_switches: (closed.negative_limit, closed.positive_limit),
+            limit_switches: self.limit_switches(),
+            tracks: self.task().track && axis.activity == Activity::Idle,
             homing: matches!(axis.activity, Activity::Homing(_)),
             by,
             endless,
@@ -202,6 +204,13 @@ impl Drive {
     fn switches(&self) -> Closed {
         let cam = Closed { home: self.task().cam, ..Closed::default() };
         self.inputs.closed(self.plant.position, self.axis.homing_axis).or(cam)
+    }
+
+    /// The limit switches that are reached, if they hold: minus, plus.
+    fn limit_switches(&self) -> (bool, bool) {
+        let on = self.settings.of(Setting::SwitchesOn) != 0.0 || self.task().limit_switches;
+        let closed = self.switches();
+        (on && closed.negative_limit, on && closed.positive_limit)
     }
 
     /// Increments; none while they are not switched on or the position has no reference.
@@ -318,7 +327,7 @@ impl Drive {
     fn choose_homing(&mut self, task: &Task, last: &Task) {
         match self.axis.activity {
             Activity::Homing(_) if !task.home => self.give_up(),
-            Activity::Idle if task.home && !last.home => self.begin_homing(),
+            Activity::Idle if task.home && !last.home => self.begin_homing(task.home_backward),
             Activity::Idle
             | Activity::Homing(_)
             | Activity::Travel { .. }
@@ -328,11 +337,12 @@ impl Drive {
         }
     }
 
-    fn begin_homing(&mut self) {
-        let backward = self.settings.of(Setting::HomingBackward) != 0.0;
+    /// To the cam, and from there the other way round to the first zero mark behind it.
+    fn begin_homing(&mut self, backward: bool) {
+        let backward = backward || self.settings.of(Setting::HomingBackward) != 0.0;
         let number = match (self.settings.of(Setting::HomingCam) != 0.0, backward) {
-            (true, false) => 8,
-            (true, true) => 12,
+            (true, false) => 7,
+            (true, true) => 11,
             (false, false) => 34,
             (false, true) => 33,
         };
@@ -518,9 +528,9 @@ impl Drive {
         if !self.axis().follows {
             self.raise(Fault::FollowingError, 0);
         }
-        let closed = self.switches();
+        let (minus, plus) = self.limit_switches();
         let velocity = self.demand.velocity;
-        let runs_into = velocity > 0.0 && closed.positive_limit || velocity < 0.0 && closed.negative_limit;
+        let runs_into = velocity > 0.0 && plus || velocity < 0.0 && minus;
         if runs_into && !matches!(self.axis.activity, Activity::Homing(_)) {
             self.raise(Fault::LimitSwitch, if velocity > 0.0 { 1 } else { -1 });
         }

@@ -39,6 +39,10 @@ pub struct Task {
     pub incremental: bool,
     /// The software limits hold.
     pub software_limits: bool,
+    /// The limit switches hold.
+    pub limit_switches: bool,
+    /// Referencing begins backward.
+    pub home_backward: bool,
     /// The number of the traversing block.
     pub block: u8,
     /// The master's own target, in place of a block.
@@ -57,6 +61,8 @@ impl Default for Task {
             track: false,
             incremental: false,
             software_limits: false,
+            limit_switches: false,
+            home_backward: false,
             block: 0,
             mdi: None,
             velocity_part: 1.0,

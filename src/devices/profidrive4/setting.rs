@@ -85,12 +85,22 @@ settings! {
     ComparisonSpeed = 2141: "Comparison speed", "rpm", Float, 0.0, 210_000.0, 2990.0;
     /// Within it bit 8 of ZSW1 is set.
     ToleratedDeviation = 2163: "Tolerated deviation of the speed", "rpm", Float, 0.0, 210_000.0, 90.0;
+    /// Up to it bit 3 of MELDW is set.
+    SpeedThreshold2 = 2155: "Speed threshold 2", "rpm", Float, 0.0, 210_000.0, 900.0;
+    /// Below it the shaft stands: bit 2 of MELDW, bit 13 of ZSW1 of a positioning drive.
+    SpeedThreshold3 = 2161: "Speed threshold 3", "rpm", Float, 0.0, 210_000.0, 5.0;
     /// Positions are counted in LU.
     LuPerRevolution = 2506: "LU per revolution", "LU", Double, 1.0, 2_147_483_647.0, 10_000.0;
     /// Shaft and target agree within it.
     Window = 2544: "Positioning window", "LU", Double, 0.0, 2_147_483_647.0, 40.0;
     /// More is a fault; 0: it is not watched.
     FollowingError = 2546: "Most following error", "LU", Double, 0.0, 2_147_483_647.0, 1000.0;
+    /// Up to it bit 8 of POS_ZSW2 is set.
+    CamPosition1 = 2547: "Cam position 1", "LU", Signed, -2_147_482_648.0, 2_147_482_647.0, 0.0;
+    /// Up to it bit 9 of POS_ZSW2 is set.
+    CamPosition2 = 2548: "Cam position 2", "LU", Signed, -2_147_482_648.0, 2_147_482_647.0, 0.0;
+    /// 1: a limit switch stops the axis.
+    SwitchesOn = 2568: "Limit switches on", "", Word, 0.0, 1.0, 0.0;
     MaxVelocity = 2571: "Maximum velocity", "1000 LU/min", Double, 1.0, 40_000_000.0, 30_000.0;
     MaxAcceleration = 2572: "Maximum acceleration", "1000 LU/s²", Double, 1.0, 2_000_000.0, 1000.0;
     MaxDeceleration = 2573: "Maximum deceleration", "1000 LU/s²", Double, 1.0, 2_000_000.0, 1000.0;

@@ -116,7 +116,9 @@ bits_of_word! {
         SetReference = 1: "set the reference (edge)";
         Cam = 2: "on the reference cam";
         Incremental = 5: "jog a way";
+        HomeBackward = 9: "reference backward first";
         SoftwareLimits = 14: "software limits on";
+        LimitSwitches = 15: "limit switches on";
     }
 }
 
@@ -149,6 +151,8 @@ bits_of_word! {
         Backward = 5: "backward";
         LimitMinus = 6: "software limit minus";
         LimitPlus = 7: "software limit plus";
+        Cam1 = 8: "up to cam position 1";
+        Cam2 = 9: "up to cam position 2";
         Output1 = 10: "direct output 1";
         Output2 = 11: "direct output 2";
         Travels = 15: "a task runs";
@@ -223,8 +227,8 @@ bits_of_word! {
     MeldwBit {
         RampDone = 0: "ramp-up and ramp-down ended";
         BelowTorqueLimit = 1: "torque below its limit";
-        BelowComparison = 2: "speed below the comparison speed";
-        Stands = 3: "the shaft stands";
+        BelowThreshold3 = 2: "speed below threshold 3 (the shaft stands)";
+        BelowThreshold2 = 3: "speed up to threshold 2";
         NoOvertemperature = 6: "no overtemperature of the motor";
         NoOverload = 7: "no overload of the converter";
         InTolerance = 8: "setpoint and actual value within tolerance";

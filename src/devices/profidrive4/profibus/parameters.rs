@@ -99,7 +99,7 @@ impl Parameters {
         } else if profile == Profile::ActualValues {
             of_telegram(|telegram| telegram.actual_values)
         } else if profile == Profile::Signals {
-            Signal::ALL.len() - 1
+            usize::from(Signal::MOST) + 1
         } else if profile == Profile::FaultList {
             Fault::ALL.len()
         } else if profile == Profile::List {
@@ -168,7 +168,7 @@ impl Parameters {
         match profile {
             Profile::Setpoints => known.telegram.map_or(0.0, |telegram| signals(telegram.setpoints)),
             Profile::ActualValues => known.telegram.map_or(0.0, |telegram| signals(telegram.actual_values)),
-            Profile::Signals => signals_of(at),
+            Profile::Signals => parameter_of(at),
             Profile::Address => known.address.number().into(),
             Profile::SystemNumber => f64::from(b"PROFIDRIVE      ".get(at).copied().unwrap_or(b' ')),
             Profile::Telegram => known.telegram.map_or(0.0, |telegram| telegram.number.into()),
@@ -303,10 +303,10 @@ impl Parameters {
     }
 }
 
-/// The number of a signal at a place of the list: ascending.
-fn signals_of(at: usize) -> f64 {
-    let signals = Signal::ALL.iter().filter(|signal| **signal != Signal::Free);
-    f64::from(signals.map(|signal| signal.number()).nth(at).unwrap_or_default())
+/// The parameter of the signal with this number (PNU 923); 0: there is none.
+fn parameter_of(number: usize) -> f64 {
+    let is_it = |signal: &&Signal| usize::from(signal.number()) == number;
+    f64::from(Signal::ALL.iter().find(is_it).and_then(|signal| signal.parameter()).unwrap_or_default())
 }
 
 /// A rate of the line as PNU 963 counts it.

@@ -88,3 +88,64 @@ signals! {
     FaultCode = 301: "FAULT_CODE", 1, "number of the fault";
     WarnCode = 303: "WARN_CODE", 1, "number of the warning";
 }
+
+impl Signal {
+    /// The greatest number.
+    pub(super) const MOST: u16 = Self::WarnCode.number();
+
+    /// The parameter that has the same value; `None`: there is none.
+    pub(super) const fn parameter(self) -> Option<u16> {
+        Some(match self {
+            Self::Stw1 => 967,
+            Self::Zsw1 => 968,
+            Self::NsollA | Self::NsollB => 20,
+            Self::NistA | Self::NistB | Self::NistAGlatt => 21,
+            Self::IaistGlatt => 27,
+            Self::MistGlatt => 31,
+            Self::XistA => 2521,
+            Self::FaultCode => 2131,
+            Self::WarnCode => 2132,
+            Self::Free
+            | Self::Stw2
+            | Self::Zsw2
+            | Self::G1Stw
+            | Self::G1Zsw
+            | Self::G1Xist1
+            | Self::G1Xist2
+            | Self::G2Stw
+            | Self::G2Zsw
+            | Self::G2Xist1
+            | Self::G2Xist2
+            | Self::Xerr
+            | Self::Kpc
+            | Self::Satzanw
+            | Self::Aktsatz
+            | Self::MdiTarpos
+            | Self::MdiVelocity
+            | Self::MdiAcc
+            | Self::MdiDec
+            | Self::MdiMod
+            | Self::PistGlatt
+            | Self::MeldNamur
+            | Self::Momred
+            | Self::Meldw
+            | Self::PosStw
+            | Self::PosZsw
+            | Self::Override
+            | Self::PosStw1
+            | Self::PosZsw1
+            | Self::PosStw2
+            | Self::PosZsw2 => return None,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_number_is_above_the_greatest() {
+        assert!(Signal::ALL.iter().all(|signal| signal.number() <= Signal::MOST));
+    }
+}

@@ -106,7 +106,7 @@ profile! {
     Address = 918: "station address", UNSIGNED16, r;
     SystemNumber = 919: "device system number", VISIBLE_STRING [16], r;
     Telegram = 922: "telegram number", UNSIGNED16, r;
-    Signals = 923: "signals that the drive has", UNSIGNED16 [0], r;
+    Signals = 923: "parameter of each signal", UNSIGNED16 [0], r;
     ParameterRights = 927: "right to change parameters", UNSIGNED16, rw;
     ProcessRights = 928: "right to command by process data", UNSIGNED16, r;
     Mode = 930: "operating mode", UNSIGNED16, r MODES;

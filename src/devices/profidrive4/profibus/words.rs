@@ -123,6 +123,8 @@ fn task(telegram: &Telegram, outputs: &[u8]) -> Task {
         track: either(PosStwBit::Track.is_set(stw), PosStw2Bit::Track.is_set(stw2)),
         incremental: either(PosStwBit::Incremental.is_set(stw), PosStw2Bit::Incremental.is_set(stw2)),
         software_limits: PosStw2Bit::SoftwareLimits.is_set(stw2),
+        limit_switches: PosStw2Bit::LimitSwitches.is_set(stw2),
+        home_backward: PosStw2Bit::HomeBackward.is_set(stw2),
         block: u8::try_from((choice | of_111) & BLOCK).unwrap_or_default(),
         mdi,
         velocity_part: part_of(Signal::Override),
@@ -164,7 +166,7 @@ fn encoder_zsw(status: EncoderStatus) -> u16 {
 pub(super) fn zsw1(telegram: Option<&Telegram>, drive: &Drive) -> u16 {
     let status = &drive.status();
     if telegram.is_some_and(Telegram::positions) {
-        return position_zsw1(status, &drive.axis());
+        return position_zsw1(status, drive);
     }
     let bits = zsw1_of_profile(status);
     if telegram.is_some_and(has_message_word) {
@@ -192,16 +194,22 @@ fn zsw1_of_profile(status: &Status) -> u16 {
 }
 
 /// ZSW1 of a positioning drive.
-fn position_zsw1(status: &Status, axis: &AxisStatus) -> u16 {
+fn position_zsw1(status: &Status, drive: &Drive) -> u16 {
+    let axis = drive.axis();
     let other = PositionZswBit::ALL.iter().fold(0, |word, bit| word | bit.mask());
     zsw1_of_profile(status) & !other
         | PositionZswBit::Follows.when(axis.follows)
         | PositionZswBit::TargetReached.when(axis.target_reached)
         | PositionZswBit::Referenced.when(axis.referenced)
         | PositionZswBit::Accepted.when(axis.accepted)
-        | PositionZswBit::Stands.when(status.stands)
+        | PositionZswBit::Stands.when(is_below_threshold_3(drive))
         | PositionZswBit::Accelerates.when(axis.accelerates)
         | PositionZswBit::Decelerates.when(axis.decelerates)
+}
+
+/// The speed is that of a shaft at rest.
+fn is_below_threshold_3(drive: &Drive) -> bool {
+    drive.status().speed.abs() < drive.settings().of(Setting::SpeedThreshold3)
 }
 
 /// The number of the block that runs.
@@ -215,7 +223,8 @@ fn aktsatz(axis: &AxisStatus) -> u16 {
 
 fn pos_zsw(axis: &AxisStatus) -> u16 {
     let (minus, plus) = axis.at_software_limits;
-    PosZswBit::VelocityLimited.when(axis.velocity_limited)
+    PosZswBit::Tracks.when(axis.tracks)
+        | PosZswBit::VelocityLimited.when(axis.velocity_limited)
         | PosZswBit::SetpointStands.when(axis.setpoint_stands)
         | PosZswBit::AtTarget.when(axis.target_reached)
         | PosZswBit::Forward.when(axis.direction > 0)
@@ -234,30 +243,36 @@ fn pos_zsw1(axis: &AxisStatus) -> u16 {
         | PosZsw1Bit::Homing.when(axis.homing)
         | PosZsw1Bit::Blocks.when(matches!(axis.by, Some(Origin::Block(_))))
         | PosZsw1Bit::SetUp.when(mdi && axis.endless)
-        | PosZsw1Bit::Mdi.when(mdi)
+        | PosZsw1Bit::Mdi.when(mdi && !axis.endless)
 }
 
-fn pos_zsw2(axis: &AxisStatus) -> u16 {
+fn pos_zsw2(drive: &Drive) -> u16 {
+    let axis = drive.axis();
     let (minus, plus) = axis.at_software_limits;
     let output = |bit: u8| axis.outputs >> bit & 1 != 0;
-    PosZsw2Bit::VelocityLimited.when(axis.velocity_limited)
+    let is_up_to = |cam| axis.position <= drive.settings().of(cam);
+    PosZsw2Bit::Tracks.when(axis.tracks)
+        | PosZsw2Bit::VelocityLimited.when(axis.velocity_limited)
         | PosZsw2Bit::SetpointStands.when(axis.setpoint_stands)
         | PosZsw2Bit::Forward.when(axis.direction > 0)
         | PosZsw2Bit::Backward.when(axis.direction < 0)
         | PosZsw2Bit::LimitMinus.when(minus)
         | PosZsw2Bit::LimitPlus.when(plus)
+        | PosZsw2Bit::Cam1.when(is_up_to(Setting::CamPosition1))
+        | PosZsw2Bit::Cam2.when(is_up_to(Setting::CamPosition2))
         | PosZsw2Bit::Output1.when(output(0))
         | PosZsw2Bit::Output2.when(output(1))
         | PosZsw2Bit::Travels.when(axis.by.is_some() || axis.homing)
 }
 
-fn meldw(status: &Status) -> u16 {
+fn meldw(status: &Status, drive: &Drive) -> u16 {
+    let speed = status.speed.abs();
     let is_supplied = status.state.is_supplied();
     let is_ready = !status.fault && status.state != State::SwitchingOnInhibited;
     MeldwBit::RampDone.when(status.ramp_done)
         | MeldwBit::BelowTorqueLimit.when(!status.at_limit)
-        | MeldwBit::BelowComparison.when(!status.speed_reached)
-        | MeldwBit::Stands.when(status.stands)
+        | MeldwBit::BelowThreshold3.when(is_below_threshold_3(drive))
+        | MeldwBit::BelowThreshold2.when(speed <= drive.settings().of(Setting::SpeedThreshold2))
         | MeldwBit::NoOvertemperature.mask()
         | MeldwBit::NoOverload.mask()
         | MeldwBit::InTolerance.when(status.in_tolerance)
@@ -293,7 +308,7 @@ pub(super) fn actual(telegram: &Telegram, drive: &Drive, life: u8, signal: Signa
         Signal::Aktsatz => aktsatz(&drive.axis()).into(),
         Signal::PosZsw => pos_zsw(&drive.axis()).into(),
         Signal::PosZsw1 => pos_zsw1(&drive.axis()).into(),
-        Signal::PosZsw2 => pos_zsw2(&drive.axis()).into(),
+        Signal::PosZsw2 => pos_zsw2(drive).into(),
         Signal::NistA | Signal::NistAGlatt => word(speed),
         Signal::NistB => double(speed),
         Signal::Zsw2 => with_life(Zsw2Bit::Pulses.when(status.state.is_supplied()), life).into(),
@@ -305,7 +320,7 @@ pub(super) fn actual(telegram: &Telegram, drive: &Drive, life: u8, signal: Signa
         Signal::MistGlatt => word(status.torque / settings.of(Setting::ReferenceTorque)),
         Signal::PistGlatt => word(status.power / settings.of(Setting::ReferencePower)),
         Signal::MeldNamur => namur(drive).into(),
-        Signal::Meldw => meldw(&status).into(),
+        Signal::Meldw => meldw(&status, drive).into(),
         Signal::FaultCode => drive.standing_faults().next().map_or(0, |fault| fault.number.into()),
         Signal::WarnCode => drive.warnings().standing().first().copied().unwrap_or_default().into(),
         // Setpoints.
@@ -375,5 +390,17 @@ mod tests {
     #[test]
     fn the_sign_of_life_is_in_the_highest_four_bits() {
         assert_eq!((life(0xA01F), with_life(0x0400, 0xF)), (0xA, 0xF400));
+    }
+
+    #[test]
+    fn limit_switches_are_told_once_they_hold() {
+        let mut drive = Drive::new(Instant::ZERO);
+        drive.inputs_mut().pressed.positive_limit = true;
+        assert_eq!(pos_zsw1(&drive.axis()), 0);
+        let mut outputs = [0; 24];
+        (outputs[0], outputs[4]) = (0x04, 0x80);
+        let command = command(Telegram::numbered(111).unwrap(), &outputs, drive.settings());
+        drive.step(Instant::ZERO, command.as_ref());
+        assert_eq!(pos_zsw1(&drive.axis()), PosZsw1Bit::SwitchPlus.mask());
     }
 }

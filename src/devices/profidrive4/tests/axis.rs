@@ -214,7 +214,34 @@ fn a_shaft_that_does_not_follow_and_a_limit_switch_are_faults() {
     let mut rig = Rig::referenced();
     rig.go(mdi(Mdi { target: 50_000, ..ABSOLUTE }), 100);
     rig.drive.inputs_mut().pressed.positive_limit = true;
-    let task = mdi(Mdi { target: 50_000, ..ABSOLUTE });
+    let mut task = mdi(Mdi { target: 50_000, ..ABSOLUTE });
+    rig.run(10, Some(commanded(task, true)));
+    assert_eq!(
+        rig.drive.axis().limit_switches,
+        (false, false),
+        "they do not hold until they are switched on"
+    );
+    assert_eq!(rig.drive.standing_faults().count(), 0);
+    task.limit_switches = true;
     assert!(rig.run(1000, Some(commanded(task, true))).stands);
+    assert_eq!(rig.drive.axis().limit_switches, (false, true));
     assert_eq!(rig.drive.standing_faults().next().unwrap().number, Fault::LimitSwitch.number());
+}
+
+#[test]
+fn from_the_cam_referencing_goes_back_to_the_zero_mark() {
+    for (backward, by_master) in [(false, false), (true, false), (true, true)] {
+        let mut rig = Rig::operating();
+        rig.drive.settings_mut().set(Setting::HomingBackward, f64::from(u8::from(backward && !by_master)));
+        let home = Task { home: true, home_backward: by_master, ..Task::default() };
+        rig.run(2, Some(commanded(Task::default(), false)));
+        rig.run(30_000, Some(commanded(home, false)));
+        // The cam is 0.1 to 0.2 revolutions ahead, there is a zero mark in each revolution.
+        let mark = if backward { INCREMENTS_PER_REVOLUTION } else { 0.0 };
+        assert!(
+            rig.drive.is_referenced() && (rig.drive.shaft() - mark).abs() < 1.0,
+            "{backward} {}",
+            rig.drive.shaft()
+        );
+    }
 }
