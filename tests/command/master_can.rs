@@ -88,6 +88,9 @@ fn entries_are_read_and_written_by_index_by_name_and_by_the_name_of_the_paramete
     for (object, signature) in [("1010:1", "0x65766173"), ("1011:1", "0x64616f6c")] {
         let said = emulator.says("7", &["write", object, signature]);
         assert!(said.ends_with(" written\n") && said.contains(&object[..4]), "{said}");
+        let said = emulator.says("7", &["write", object, signature, "--json"]);
+        let written: Value = serde_json::from_str(&said).unwrap();
+        assert_eq!(written["value"], u32::from_str_radix(&signature[2..], 16).unwrap());
     }
     let object: Value = serde_json::from_str(&emulator.says("5", &["read", "6060", "--json"])).unwrap();
     assert_eq!((&object["object"], &object["value"]), (&"6060h:00".into(), &1.into()));

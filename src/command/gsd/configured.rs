@@ -38,8 +38,12 @@ impl Configured {
         let Self { gsd, modules, chk_cfg, user_prm, lengths } = self;
         writeln!(out, "Ident number     {:04X}", gsd.ident)?;
         writeln!(out, "Chk_Cfg          {}", hex(chk_cfg))?;
-        writeln!(out, "User parameters  {}", hex(user_prm))?;
-        writeln!(out, "                 {} octets, in Set_Prm behind Group_Ident", user_prm.len())?;
+        if user_prm.is_empty() {
+            writeln!(out, "User parameters  none")?;
+        } else {
+            writeln!(out, "User parameters  {}", hex(user_prm))?;
+            writeln!(out, "                 {} octets, in Set_Prm behind Group_Ident", user_prm.len())?;
+        }
         writeln!(out, "Data_Exchange    {} octets out, {} in", lengths.outputs, lengths.inputs)?;
         let values = gsd.prm_values(modules, user_prm);
         let say = |out: &mut dyn Write, slot: Option<u16>| {

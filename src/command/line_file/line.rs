@@ -7,7 +7,7 @@ use core::time::Duration;
 use std::path::{Path, PathBuf};
 
 use crate::host::can;
-use crate::host::fault::{BusKind, Condition, Rule, While, duration};
+use crate::host::fault::{BusKind, Condition, Rule, While, duration, no_time};
 use crate::host::reach::open_to_others;
 use crate::profibus::fdl::Address;
 
@@ -138,11 +138,7 @@ pub(super) fn address(number: &At<u8>) -> Result<Address, Wrong> {
 
 /// A time such as `20ms`.
 pub(super) fn time(text: &At<String>) -> Result<Duration, Wrong> {
-    duration(text.get()).ok_or_else(|| {
-        let words =
-            format!("'{}' is no time; expected for example 500us, 20ms or 5s, at most 3600s", text.get());
-        Wrong::at(text.span(), words)
-    })
+    duration(text.get()).ok_or_else(|| Wrong::at(text.span(), no_time(text.get())))
 }
 
 /// Where the tables of devices on PROFIBUS are.

@@ -161,6 +161,7 @@ mod tests {
     pub(super) fn wrong_files() -> Vec<(String, &'static str, &'static str)> {
         let line = |rest: &str| format!("[[line]]\nlink = 'pty'\n{rest}");
         let station = |rest: &str| format!("{STATION}{rest}");
+        let node = |rest: &str| format!("[[line]]\nlink = 'slcan-pty:x'\n[[line.node]]\nid = 5\n{rest}");
         let input = |rest: &str| station(&format!("[[line.station.input]]\nslot = 1\ntype = 'bit0'\n{rest}"));
         vec![
             (String::new(), "1, column 1", "missing field `line`"),
@@ -238,6 +239,52 @@ mod tests {
                 "gear: expected a word or a number, not true",
             ),
             (line("[[line.drive]]\ngear = 24"), "3, column 1", "'address' is missing; expected ADDRESS"),
+            (line("[[line.drive]]\naddress = '5'"), "4, column 11", "address: expected a number, not the text '5'"),
+            (
+                line("[[line.drive]]\naddress = 5\nmode = 'half'"),
+                "5, column 1",
+                "'mode' is unknown",
+            ),
+            (node("device = 'eds-node'"), "3, column 1", "no file is named; expected ID"),
+            (node("mode = 'half'"), "5, column 1", "mode is for the device asda-a2 only, not for ag03-1"),
+            (node("device = 'ap10'\nbits = 1"), "6, column 1", "'bits' is unknown"),
+            (node("quirks = { x = 'y' }"), "5, column 16", "quirk 'x' is unknown; ag03-1 has "),
+            (node("eds = 'pump.eds'\nmode = 'half'"), "6, column 1", "mode is for the device asda-a2"),
+            (
+                line("[[line.station]]\naddress = 7\ngsd = '../../gsd/PDRV5034.GSD'\n[[line.station.record]]\nslot = 1\nindex = 47\nlength = 1"),
+                "8, column 9",
+                "index 47 has a meaning of its own",
+            ),
+            (
+                input("behaviour = 'ramp'\nfrom = 0\nto = 1\ntime = '3601s'"),
+                "13, column 8",
+                "'3601s' is no time",
+            ),
+            (
+                input("behaviour = 'ramp'\nfrom = 0\nto = 1\ntime = '0ms'"),
+                "13, column 8",
+                "'0ms' is no time",
+            ),
+            (
+                input("behaviour = 'count'\nfrom = 0\nto = 1\nstep = 0\nevery = '1s'"),
+                "7, column 1",
+                "counts",
+            ),
+            (
+                input("behaviour = 'mirror'\nof = 'bit0'"),
+                "11, column 6",
+                "'bit0' is no value",
+            ),
+            (
+                input("behaviour = 'and'\nof = ['2/0/bit0', 'bit0']"),
+                "11, column 19",
+                "'bit0' is no value",
+            ),
+            (
+                input("behaviour = 'mirror'\nof = { slot = 2 }"),
+                "11, column 6",
+                "'type' is missing",
+            ),
             (
                 line("[[line.ppo-drive]]\naddress = 5\nparameters = 'compact.gsd'"),
                 "5, column 14",

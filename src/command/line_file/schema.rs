@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 
 use super::tables::{At, DeviceTable, LineFile, OfGroup};
 use crate::command::args::{CAN_RATES, SLOT_TIMES};
-use crate::host::fault::Row;
+use crate::host::fault::{Row, TIME_PATTERN};
 use crate::host::list::Group;
 use crate::time::BaudRate;
 
@@ -64,7 +64,6 @@ fn allowed(key: &str, kind: &str, allow: &str) -> Value {
 }
 
 const PLACE: &str = "^[^\\s]+:[0-9]{1,5}$";
-const TIME: &str = "^[0-9]+(us|ms|s)$";
 const LINK: &str = "^(pty(:.+)?|serial:.+|tcp:.+:[0-9]{1,5}|slcan-pty(:.+)?|slcan-tcp:.+:[0-9]{1,5}|slcan-tty:.+|socketcan:.+)$";
 
 pub(super) fn rules_of_file(schema: &mut Schema) {
@@ -119,7 +118,7 @@ pub(super) fn rules_of_baud(schema: &mut Schema) {
 pub(super) fn rules_of_fault(schema: &mut Schema) {
     let names: Vec<_> = Row::all().iter().map(|row| row.name).collect();
     let fault = format!("^({})(=|,|$)", names.join("|"));
-    let time = json!({ "pattern": TIME });
+    let time = json!({ "pattern": TIME_PATTERN });
     add(schema, json!({}), json!({ "fault": { "pattern": fault }, "from": time, "until": time }));
 }
 
@@ -277,6 +276,39 @@ fn breaks(
     }
 }
 
+/// The files and pages of ours, and every device of the list with what only it cannot be without.
+fn right_files() -> Vec<String> {
+    let page = include_str!("../../../docs/line.md");
+    let block = |first: &str| {
+        let begin = page.find(&format!("```toml\n{first}")).unwrap() + "```toml\n".len();
+        page[begin..].split("```").next().unwrap().to_owned()
+    };
+    let mut all = vec![
+        include_str!("../../../examples/line/line.toml").to_owned(),
+        include_str!("../../../packages/debian/example.toml").to_owned(),
+        block("#:schema"),
+        format!("[[line]]\nlink = 'slcan-pty:x'\n{}", block("[[line.node]]")),
+        format!(
+            "[[line]]\nlink = 'pty'\n[[line.station]]\naddress = 7\ngsd = 'x.gsd'\n{}",
+            block("[[line.station.record]]")
+        ),
+    ];
+    for group in Group::ALL {
+        let link = if group == Group::Node { "slcan-pty:x" } else { "pty" };
+        for device in group.devices() {
+            let own = device.choices().iter().filter(|choice| choice.required);
+            let own: String = own.map(|choice| format!("{} = 'x.eds'\n", choice.key)).collect();
+            let (table, place, key) = (group.name(), group.place_key(), group.device_key());
+            let head = format!("[[line]]\nlink = '{link}'\n[[line.{table}]]\n{place} = 5\n{own}");
+            let named = format!("{head}{key} = '{}'\n", device.name());
+            all.extend((group.names().len() > 1).then_some(named));
+            let is_usual = group.devices().next().is_some_and(|first| first.name() == device.name());
+            all.extend((is_usual || !own.is_empty()).then_some(head));
+        }
+    }
+    all
+}
+
 #[test]
 fn the_schema_finds_what_needs_no_other_file_and_no_second_place() {
     let schema = serde_json::to_value(schemars::schema_for!(LineFile)).unwrap();
@@ -289,7 +321,8 @@ fn the_schema_finds_what_needs_no_other_file_and_no_second_place() {
         }
     }
     assert!(missed.is_empty(), "{missed:#?}");
-    let right = include_str!("../../../examples/line/line.toml");
-    let value = toml::from_str::<Value>(right).unwrap();
-    assert_eq!(wrong(&schema, &schema, &value), None);
+    for right in right_files() {
+        let value = toml::from_str::<Value>(&right).unwrap();
+        assert_eq!(wrong(&schema, &schema, &value), None, "{right}");
+    }
 }

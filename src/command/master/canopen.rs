@@ -337,6 +337,9 @@ impl Commissioned for Drive {
             Err(trouble) => return Err(self.failure(trouble)),
         }
         let Some(before) = before.filter(|_| !at.takes_signature()) else {
+            if json {
+                return self.shown(at, &octets).say(json);
+            }
             return say(format_args!("{} written", self.network.named(self.node, at)));
         };
         let after = self.must_get(at)?;

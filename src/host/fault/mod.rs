@@ -40,8 +40,10 @@ pub use condition::{Condition, Switch, While};
 pub(crate) use kinds::Kind;
 pub use kinds::{Row, Way};
 pub(crate) use list::{Active, List, Listed};
-pub(crate) use parameter::duration;
+#[cfg(any(test, feature = "panel"))]
+pub(crate) use parameter::TIME_PATTERN;
 pub(crate) use parameter::{DiagOctets, FramePart};
+pub(crate) use parameter::{duration, no_time};
 pub use text::RuleError;
 
 /// A fault on purpose: what, when, and of whom. It is written as `BusKind::form` says.

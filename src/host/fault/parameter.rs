@@ -272,6 +272,19 @@ pub(crate) fn duration(text: &str) -> Option<Duration> {
     (!duration.is_zero() && duration <= LONGEST).then_some(duration)
 }
 
+/// The times that [`duration`] reads, as a pattern of JSON Schema.
+#[cfg(any(test, feature = "panel"))]
+pub(crate) const TIME_PATTERN: &str = concat!(
+    "^0*([1-9][0-9]{0,8}|[12][0-9]{9}|3[0-5][0-9]{8}|3600000000)us$",
+    "|^0*([1-9][0-9]{0,5}|[12][0-9]{6}|3[0-5][0-9]{5}|3600000)ms$",
+    "|^0*([1-9][0-9]{0,2}|[12][0-9]{3}|3[0-5][0-9]{2}|3600)s$",
+);
+
+/// What is said about a text that is none.
+pub(crate) fn no_time(text: &str) -> String {
+    format!("'{text}' is no time; expected for example 500us, 20ms or 5s, at most 3600s")
+}
+
 /// A time as it is written.
 pub(super) fn in_micros(time: Duration) -> String {
     let micros = time.as_micros();

@@ -6,7 +6,7 @@ use core::time::Duration;
 
 use thiserror::Error;
 
-use super::parameter::{decimal, digits, duration, in_micros, number, station};
+use super::parameter::{Parameter as _, Time, decimal, digits, duration, in_micros, number, station};
 use super::{BusKind, Id, Kind, NodeId, Row, Rule, Service, State, Way, When, While, Whom};
 use crate::gsd::did_you_mean;
 
@@ -61,7 +61,6 @@ const SERVICES: &str = "Set_Slave_Add, RD_Inp, RD_Outp, Global_Control, Get_Cfg,
     Data_Exchange";
 const STATES: &str = "WAIT-PRM, WAIT-CFG or DATA-EXCH";
 
-const A_TIME: &str = "a time such as 20ms, 500us or 1s, at most 3600s";
 const AN_INPUT: &str = "an input of a station and its value, such as 7/1/0/bit0=1 or 7/2/0/unsigned16>1000";
 
 impl FromStr for Rule {
@@ -140,7 +139,7 @@ impl Conditions {
     /// What its value must be; `None`: there is no such condition on this bus.
     fn take(&mut self, bus: BusKind, key: &str, value: &str) -> Result<bool, Option<&'static str>> {
         let positive = || number(value).ok_or(Some("a number, 1 or more"));
-        let time = || duration(value).ok_or(Some(A_TIME));
+        let time = || duration(value).ok_or(Some(Time::EXPECTED));
         let whom = &mut self.whom;
         let again = match (bus, key) {
             (_, "rate") => {

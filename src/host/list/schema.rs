@@ -7,11 +7,12 @@ use super::acyclic::ACCESS;
 use super::signals::{BEHAVIOUR, Holds, KINDS, LIMITS};
 use super::timed::{AREA, DIRECTIONS, KEYS, TIMES, WIDTHS};
 use super::{Choice, Group, Takes};
+use crate::host::fault::TIME_PATTERN;
 use crate::process::ValueType;
-use crate::profibus::dpv1::{AlarmType, Specifier};
+use crate::profibus::dpv1::{AlarmType, PARAMETER_INDEX, Specifier};
 
-/// A time.
-const TIME: &str = "^[0-9]+(us|ms|s)$";
+/// The type of a value in a slot.
+const TYPE: &str = "(bit[0-7]|(un)?signed(8|16|32)|float32)";
 
 impl Group {
     /// The schema of a specification of the group, its own keys in `more`.
@@ -23,11 +24,13 @@ impl Group {
         let place = json!({ "description": std::format!("{least} to {most}."), "type": "integer", "minimum": least, "maximum": most });
         let mut properties = Map::new();
         properties.insert(self.place_key().to_owned(), place);
+        let mut rules = std::vec::Vec::new();
         let names = self.names();
         if names.len() > 1 {
             let usual = self.devices().next().map(super::Device::name);
             let device = json!({ "description": "Which device.", "enum": names, "default": usual });
             properties.insert(self.device_key().to_owned(), device);
+            rules.extend(self.devices().enumerate().map(|(number, device)| self.rule(number == 0, device)));
         }
         let mut required = std::vec![self.place_key()];
         for choice in self.choices() {
@@ -39,8 +42,11 @@ impl Group {
         let mut schema = json!({
             "type": "object", "additionalProperties": false, "properties": properties, "required": required
         });
-        if let (Self::PpoDrive | Self::Profidrive, Some(schema)) = (self, schema.as_object_mut()) {
-            schema.insert("allOf".to_owned(), json!([{ "not": { "required": ["gsd", "ident"] } }]));
+        if let Self::PpoDrive | Self::Profidrive = self {
+            rules.push(json!({ "not": { "required": ["gsd", "ident"] } }));
+        }
+        if let (false, Some(schema)) = (rules.is_empty(), schema.as_object_mut()) {
+            schema.insert("allOf".to_owned(), rules.into());
         }
         if let Some(quirks) = schema.pointer_mut("/properties/quirks").and_then(Value::as_object_mut)
             && let Value::Object(known) = quirks_schema(self.devices())
@@ -48,6 +54,33 @@ impl Group {
             quirks.extend(known);
         }
         schema
+    }
+
+    /// What one of several devices has, and what it cannot be without.
+    fn rule(self, is_usual: bool, device: &super::Device) -> Value {
+        let key = self.device_key();
+        let required = |device: &super::Device| -> std::vec::Vec<_> {
+            device.choices().iter().filter(|choice| choice.required).map(|choice| choice.key).collect()
+        };
+        let named = json!({ "required": [key], "properties": { key: { "const": device.name() } } });
+        // Unless it is named, a key that only one device cannot be without names it.
+        let unnamed = if is_usual {
+            let others = self.devices().filter(|other| other.name() != device.name());
+            let others: std::vec::Vec<_> = others.flat_map(required).chain([key]).collect();
+            json!({ "not": { "anyOf": others.iter().map(|key| json!({ "required": [key] })).collect::<Value>() } })
+        } else {
+            let own = required(device).into_iter().map(|own| json!({ "required": [own] }));
+            json!({ "not": { "required": [key] }, "anyOf": own.chain([json!(false)]).collect::<Value>() })
+        };
+        let keys = device.choices().iter().map(|choice| choice.key).chain([self.place_key(), key]);
+        let mut then = json!({
+            "required": required(device), "propertyNames": { "enum": keys.collect::<std::vec::Vec<_>>() }
+        });
+        if let (Some(_), Some(then)) = (device.quirks().first(), then.as_object_mut()) {
+            let names: std::vec::Vec<_> = device.quirks().iter().map(|row| row.name).collect();
+            then.insert("properties".to_owned(), json!({ "quirks": { "propertyNames": { "enum": names } } }));
+        }
+        json!({ "if": { "anyOf": [named, unnamed] }, "then": then })
     }
 }
 
@@ -83,7 +116,7 @@ fn inputs() -> Value {
     let kind = json!({
         "description": "bit0 to bit7, unsigned8, unsigned16, unsigned32, signed8, signed16, signed32 or float32.",
         "type": "string",
-        "pattern": "^(bit[0-7]|(un)?signed(8|16|32)|float32)$"
+        "pattern": std::format!("^{TYPE}$")
     });
     let slot = json!({ "description": "The number of the slot.", "type": "integer", "minimum": 0, "maximum": 65535 });
     let octet = json!({
@@ -100,10 +133,17 @@ fn inputs() -> Value {
             "slot": slot, "octet": octet, "type": kind,
             "input": { "description": "An input of the same station, not an output.", "type": "boolean" },
             "value": { "description": "The name of a value that the device tells of itself.", "type": "string" }
-        }
+        },
+        "anyOf": [{ "required": ["slot", "type"] }, { "required": ["value"] }]
     });
     let own = [("slot", &slot), ("octet", &octet), ("type", &kind)];
-    signal(&own, &["slot", "type"], &value)
+    let place = std::format!("[0-9]+/[0-9]+/{TYPE}");
+    let of = Elsewhere {
+        value,
+        text: std::format!("^(([0-9]+/){{0,2}}(input/)?{place}|([0-9]+/){{1,2}}[^/]+)$"),
+        beside_a_station: std::format!("^({place}|[^/]+)$"),
+    };
+    signal(&own, &["slot", "type"], &of)
 }
 
 /// An object of a node with its signal.
@@ -120,17 +160,35 @@ fn node_objects() -> Value {
             "line": { "description": "The number of the line, from 1.", "type": "integer", "minimum": 1 },
             "station": { "description": "The address on the line.", "type": "integer", "minimum": 0, "maximum": 127 },
             "value": { "description": "The name of a value that the device tells of itself.", "type": "string" }
-        }
+        },
+        "anyOf": [{ "required": ["object"] }, { "required": ["value"] }]
     });
-    signal(&[("object", &object)], &["object"], &value)
+    let number = "(0x)?[0-9A-Fa-f]{1,4}[hH]?";
+    let of = Elsewhere {
+        value,
+        text: std::format!("^({number}(:{number})?|([0-9]+/){{1,2}}.+)$"),
+        beside_a_station: ".".to_owned(),
+    };
+    signal(&[("object", &object)], &["object"], &of)
+}
+
+/// How a value elsewhere is given.
+struct Elsewhere {
+    /// Text or a table.
+    value: Value,
+    /// The pattern of the text, and where a key beside it names the station.
+    text: std::string::String,
+    beside_a_station: std::string::String,
 }
 
 /// What an input follows; `own` are its keys besides.
-fn signal(own: &[(&str, &Value)], required: &[&str], value: &Value) -> Value {
+fn signal(own: &[(&str, &Value)], required: &[&str], of: &Elsewhere) -> Value {
+    let value = &of.value;
     let of_key = |holds: Holds| match holds {
         Holds::Number => json!({ "type": "number" }),
+        Holds::Step => json!({ "type": "number", "not": { "const": 0 } }),
         Holds::Whole => json!({ "type": "integer", "minimum": 0 }),
-        Holds::Time => json!({ "type": "string", "pattern": TIME }),
+        Holds::Time => json!({ "type": "string", "pattern": TIME_PATTERN }),
         Holds::OneOf(words) => json!({ "enum": words }),
         Holds::File => json!({ "type": "string", "minLength": 1 }),
         Holds::Value | Holds::Values => {
@@ -153,9 +211,10 @@ fn signal(own: &[(&str, &Value)], required: &[&str], value: &Value) -> Value {
         let keys: std::vec::Vec<_> = own.iter().map(|(key, _)| *key).chain([BEHAVIOUR]).chain(keys).collect();
         let needed = kind.keys.iter().filter(|key| key.required).map(|key| key.name);
         let needed: std::vec::Vec<_> = needed.collect();
+        let text = if keys.contains(&"station") { &of.beside_a_station } else { &of.text };
         let single = match kind.keys.iter().find(|key| key.name == "of").map(|key| key.holds) {
-            Some(Holds::Value) => json!({ "of": { "type": ["string", "object"] } }),
-            Some(_) => json!({ "of": { "type": "array" } }),
+            Some(Holds::Value) => json!({ "of": { "type": ["string", "object"], "pattern": text } }),
+            Some(_) => json!({ "of": { "type": "array", "items": { "pattern": text } } }),
             None => json!({}),
         };
         let compares = LIMITS.iter().all(|limit| keys.contains(limit));
@@ -176,7 +235,7 @@ fn signal(own: &[(&str, &Value)], required: &[&str], value: &Value) -> Value {
         let within = if is_float { json!({}) } else { json!({ "minimum": least, "maximum": most }) };
         let whole = if is_float { "number" } else { "integer" };
         rules.push(json!({
-            "if": { "properties": { "type": { "const": kind.to_string() } } },
+            "if": { "properties": { "type": { "const": kind.to_string() } }, "required": ["type"] },
             "then": {
                 "properties": {
                     "value": { "type": whole, "allOf": [within] },
@@ -197,7 +256,7 @@ fn signal(own: &[(&str, &Value)], required: &[&str], value: &Value) -> Value {
 
 /// A diagnosis on the time line.
 fn diagnosis() -> Value {
-    let time = json!({ "type": "string", "pattern": TIME });
+    let time = json!({ "type": "string", "pattern": TIME_PATTERN });
     let slot = json!({ "type": "integer", "minimum": 0, "maximum": 65535 });
     let up_to = |most: u32| json!({ "type": "integer", "minimum": 0, "maximum": most });
     let list = |items: &Value| json!({ "type": "array", "items": items });
@@ -259,15 +318,16 @@ fn record() -> Value {
             "length": up_to("How many octets, of a record without data.", 1, 240),
             "data": { "description": "Its octets, hexadecimal.", "type": "string", "pattern": HEX },
             "access": { "description": "What a master may do: read, write.", "enum": access, "default": access.first() },
-            "delay": { "description": "How long a job takes.", "type": "string", "pattern": TIME },
+            "delay": { "description": "How long a job takes.", "type": "string", "pattern": TIME_PATTERN },
         },
         "anyOf": [{ "required": ["length"] }, { "required": ["data"] }],
+        "allOf": [{ "properties": { "index": { "not": { "const": PARAMETER_INDEX } } } }],
     })
 }
 
 /// An alarm on the time line.
 fn alarm() -> Value {
-    let time = |about: &str| json!({ "description": about, "type": "string", "pattern": TIME });
+    let time = |about: &str| json!({ "description": about, "type": "string", "pattern": TIME_PATTERN });
     let specifiers = Specifier::NAMED.map(|(word, _)| word);
     let types = AlarmType::NAMED.map(|(word, _)| word);
     json!({

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::choice::{near, one_of};
 use super::{Given, Wrong};
-use crate::host::fault::duration;
+use crate::host::fault::{duration, no_time};
 use crate::process::{AtEnd, Condition, Source, Table};
 
 /// A kind of signal.
@@ -39,6 +39,8 @@ pub(crate) struct Key {
 pub(crate) enum Holds {
     /// A number.
     Number,
+    /// A number other than 0.
+    Step,
     /// A whole number from 0.
     Whole,
     /// A time such as `20ms`.
@@ -84,7 +86,7 @@ pub(crate) static KINDS: &[Kind] = &[
         keys: &[
             needed("from", Holds::Number),
             needed("to", Holds::Number),
-            usual("step", Holds::Number),
+            usual("step", Holds::Step),
             needed("every", Holds::Time),
         ],
         make: |keys| {
@@ -334,10 +336,7 @@ impl Keys<'_> {
     fn time(&self, key: &str, usual: Duration) -> Result<Duration, Wrong> {
         let Some(given) = self.given(key) else { return Ok(usual) };
         let text = given.to_string();
-        duration(&text).ok_or_else(|| {
-            let words = format!("'{text}' is no time; expected for example 500us, 20ms or 5s, at most 3600s");
-            Wrong::at(key, words)
-        })
+        duration(&text).ok_or_else(|| Wrong::at(key, no_time(&text)))
     }
 
     /// One of the words of a key; empty: none was given.

@@ -54,7 +54,9 @@ impl Spec {
                 return Err(group.without_place());
             }
         };
-        let mut given = vec![(group.place_key().to_owned(), Given::Text(place))];
+        let key = group.place_key();
+        let place = group.number(&place).map_err(|words| Wrong::at(key, words))?;
+        let mut given = vec![(key.to_owned(), Given::Number(place.into()))];
         let inputs = group.choices().into_iter().find(|choice| choice.takes == Takes::Inputs);
         let mut moved = Vec::new();
         for part in rest.into_iter().flat_map(|rest| rest.split(',')) {
@@ -141,6 +143,10 @@ impl Spec {
         let is_place = |key: &str| key == group.place_key() || key == "address";
         let place = given.iter().find(|(key, _)| is_place(key));
         let (key, place) = place.ok_or_else(|| Self::without_place(group, given))?;
+        if !matches!(place, Given::Number(_)) {
+            let words = format!("{key}: expected a number, not the text '{place}'");
+            return Err(Wrong::at(key, words));
+        }
         let place = group.number(&place.to_string()).map_err(|words| Wrong::at(key, words))?;
         let device = Self::device(group, given)?;
         let mut this = Self::plain(device, place);

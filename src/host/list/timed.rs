@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use super::signals::whole;
 use super::{Given, Wrong};
 use crate::gsd::{ChannelFault, ModuleState, Raised, Station};
-use crate::host::fault::duration;
+use crate::host::fault::{duration, no_time};
 use crate::host::reported::{InSlot, Timed};
 use crate::profibus::dp::Application as _;
 use crate::profibus::dp::ext_diag::{ChannelError, Direction, Width};
@@ -113,10 +113,7 @@ pub(super) fn flag(table: &Table, key: &str) -> bool {
 pub(super) fn time(table: &Table, key: &str) -> Result<Option<Duration>, Wrong> {
     let Some(given) = find(table, key) else { return Ok(None) };
     let text = given.to_string();
-    duration(&text).map(Some).ok_or_else(|| {
-        let words = format!("'{text}' is no time; expected for example 500us, 20ms or 5s, at most 3600s");
-        Wrong::at(key, words)
-    })
+    duration(&text).map(Some).ok_or_else(|| Wrong::at(key, no_time(&text)))
 }
 
 fn list<T>(table: &Table, key: &str, one: impl Fn(&Given) -> Result<T, Wrong>) -> Result<Vec<T>, Wrong> {
