@@ -13,8 +13,11 @@ pub(crate) fn check(data: &[u8]) {
             return;
         }
     };
-    let again = Eds::read(data).map(|eds| (eds.objects.len(), eds.hints.len()));
-    assert_eq!(again, Ok((eds.objects.len(), eds.hints.len())), "reading is the same again");
+    // Once more for some inputs: it takes as long as everything else.
+    if data.len().is_multiple_of(8) {
+        let again = Eds::read(data).map(|eds| (eds.objects.len(), eds.hints));
+        assert_eq!(again, Ok((eds.objects.len(), eds.hints.clone())), "reading is the same again");
+    }
     assert!(eds.hints.iter().all(|hint| hint.place.line > 0 && hint.place.column > 0));
     assert!(eds.hints.is_sorted_by_key(|hint| hint.place.line));
     for (index, object) in &eds.objects {
