@@ -129,7 +129,17 @@ pub trait Link {
         let _ = rate;
         Err(io::ErrorKind::Unsupported.into())
     }
+
+    /// The finest time that this link can show to the other side: a telegram that is due sooner than that is sent at
+    /// once, since a sleep costs more than the time it would keep. Zero: every time.
+    fn resolution(&self) -> Duration {
+        Duration::ZERO
+    }
 }
+
+/// [`Link::resolution`] where octets take no time and the kernel delivers them: it wakes a sleeper up to 50 us late (timer
+/// slack).
+pub(crate) const UNTRUE_RESOLUTION: Duration = Duration::from_micros(50);
 
 impl<L: Link + ?Sized> Link for Box<L> {
     fn receive(&mut self, buf: &mut [u8]) -> io::Result<Received> {
@@ -143,6 +153,9 @@ impl<L: Link + ?Sized> Link for Box<L> {
     }
     fn set_rate(&mut self, rate: BaudRate) -> io::Result<()> {
         (**self).set_rate(rate)
+    }
+    fn resolution(&self) -> Duration {
+        (**self).resolution()
     }
 }
 

@@ -5,7 +5,7 @@ use std::io::ErrorKind;
 use super::{Bus, BusEvent, Clock, Error, Link, Received, Stop};
 use crate::devices::ag03::profibus::MAX_TELEGRAM_LEN;
 use crate::profibus::fdl::RateChange;
-use crate::time::BaudRate;
+use crate::time::{BaudRate, Instant};
 
 /// Octets taken from the link at most before they are answered: about eight of the longest telegrams, so that a
 /// master that never pauses cannot keep deadlines and the stop request waiting.
@@ -92,7 +92,7 @@ fn drain(
     on_event: &mut dyn FnMut(BusEvent),
 ) -> Result<(), Error> {
     let mut buf = [0; MAX_TELEGRAM_LEN];
-    while let Some(telegram) = bus.poll_transmit(clock.now(), &mut buf) {
+    while let Some(telegram) = bus.poll_transmit(sending_time(link, bus, clock), &mut buf) {
         link.send(telegram).map_err(link_failed)?;
     }
     let mut refused = 0;
@@ -112,6 +112,13 @@ fn drain(
         on_event(event);
     }
     Ok(())
+}
+
+/// The time of what is sent now: that of the next deadline, if the link cannot show the difference.
+fn sending_time(link: &dyn Link, bus: &Bus, clock: &dyn Clock) -> Instant {
+    let now = clock.now();
+    let latest = now.saturating_add(link.resolution());
+    bus.poll_timeout().filter(|due| *due <= latest).map_or(now, |due| due.max(now))
 }
 
 fn link_failed(source: std::io::Error) -> Error {

@@ -7,8 +7,8 @@ use std::io;
 use profidrive::devices::ag03::profibus::{Config, Device, MAX_TELEGRAM_LEN};
 use profidrive::host::link::memory::{End, Wire};
 use profidrive::host::{Bus, BusEvent, Clock, Link, ManualClock, Received, Stop, run};
-use profidrive::profibus::fdl::Address;
-use profidrive::time::Instant;
+use profidrive::profibus::fdl::{Address, Timing};
+use profidrive::time::{BaudRate, Instant};
 
 /// FDL status of master 2 to station 5, and the reply of station 5.
 const STATUS: [u8; 6] = [0x10, 0x05, 0x02, 0x49, 0x50, 0x16];
@@ -83,6 +83,9 @@ struct Scripted {
     clock: ManualClock,
     script: VecDeque<Vec<u8>>,
     sleeps: Vec<Option<Duration>>,
+    resolution: Duration,
+    /// When each telegram of the drives was sent, and after how many sleeps.
+    replies: Vec<(Instant, usize)>,
 }
 
 impl Link for Scripted {
@@ -91,7 +94,12 @@ impl Link for Scripted {
     }
 
     fn send(&mut self, telegram: &[u8]) -> io::Result<()> {
+        self.replies.push((self.clock.now(), self.sleeps.len()));
         self.end.send(telegram)
+    }
+
+    fn resolution(&self) -> Duration {
+        self.resolution
     }
 
     fn wait(&mut self, timeout: Option<Duration>, stop: &Stop) -> io::Result<()> {
@@ -124,6 +132,8 @@ fn scripted(script: &[&[u8]]) -> (Scripted, Bus, ManualClock) {
         clock: clock.clone(),
         script: script.iter().map(|octets| octets.to_vec()).collect(),
         sleeps: Vec::new(),
+        resolution: Duration::ZERO,
+        replies: Vec::new(),
     };
     (link, bus(&[5]), clock)
 }
@@ -196,4 +206,30 @@ fn a_sleep_ends_at_the_next_deadline_and_a_drive_at_rest_has_none() {
     play(&mut link, &mut bus, &clock);
     assert_eq!(link.sleeps[0], first);
     assert_eq!(link.sleeps.last(), Some(&None), "{:?}", link.sleeps);
+}
+
+/// How long after its request a drive replies, how often the loop sleeps for that, and what is counted.
+fn reply_time(resolution: Duration, baud: BaudRate) -> (Duration, usize, String) {
+    let (mut link, _, clock) = scripted(&[&STATUS, &[]]);
+    let mut bus = Bus::on(baud, Timing::Untrue);
+    bus.add(drive(5)).unwrap();
+    // The drive comes to rest, and has no deadline of its own then.
+    sent(&mut bus, Instant::ZERO);
+    assert_eq!(bus.poll_timeout(), None);
+    link.resolution = resolution;
+    play(&mut link, &mut bus, &clock);
+    let counted = bus.station_counters(Address::station(5).unwrap()).unwrap().latency.to_string();
+    let (at, sleeps) = link.replies[0];
+    // One sleep brings the request.
+    (at.saturating_since(Instant::from_millis(10)), sleeps - 1, counted)
+}
+
+#[test]
+fn a_reply_that_is_due_sooner_than_a_link_can_show_takes_no_sleep() {
+    let fine = Duration::from_micros(50);
+    let (k500, k187) = (BaudRate::K500, BaudRate::K187_5);
+    let (soon, later) = ("after <=50µs: 1", "after <=100µs: 1");
+    assert_eq!(reply_time(Duration::ZERO, k500), (k500.bit_times(11), 1, soon.into()), "22 us are kept");
+    assert_eq!(reply_time(fine, k500), (Duration::ZERO, 0, soon.into()), "counted is what the master set");
+    assert_eq!(reply_time(fine, k187), (k187.bit_times(11), 1, later.into()), "59 us are kept");
 }

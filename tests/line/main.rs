@@ -61,5 +61,7 @@ mod ppo_drive;
 mod slcan;
 #[cfg(all(target_os = "linux", feature = "serial"))]
 mod slot_time;
+#[cfg(target_os = "linux")]
+mod system_calls;
 #[cfg(feature = "std")]
 mod what_it_says;

@@ -89,7 +89,7 @@ impl Adapters {
     /// Hands out what the bus has for masters, and lets those go that have left.
     pub(super) fn write<E: 'static>(&mut self, bus: &mut Bus<E>, now: Instant) -> io::Result<()> {
         for adapter in &mut self.adapters {
-            adapter.write(bus)?;
+            adapter.write(bus, now)?;
         }
         self.adapters.retain(|adapter| {
             let gone = adapter.is_gone(bus);
@@ -109,7 +109,8 @@ impl Adapters {
     /// Sleeps until a master sends something, comes, leaves or reads, or until a stop or `until`.
     pub(super) fn wait<E: 'static>(&mut self, bus: &Bus<E>, now: Instant, stop: &Stop) -> io::Result<()> {
         let pause = self.port.as_ref().and_then(|port| port.pause);
-        let until = Instant::first_of(bus.poll_timeout(), pause);
+        let held = self.adapters.iter().filter_map(Adapter::held_until).min();
+        let until = Instant::first_of(Instant::first_of(bus.poll_noticed(), pause), held);
         let patience = self.adapters.iter_mut().filter_map(Adapter::patience).min();
         let timeout = until.map(|until| until.saturating_since(now)).into_iter().chain(patience).min();
         let mut sleep = Sleep::until(stop);

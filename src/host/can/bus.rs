@@ -38,6 +38,9 @@ use wire::Wire;
 /// (a process that was stopped for a minute) finds the bus as if it had stood still meanwhile.
 pub(crate) const CATCH_UP: Duration = Duration::from_millis(100);
 
+/// How far [`Bus::look_ahead`] goes at most: what acts on a station by hand comes so much later than the clock says.
+const LOOK_AHEAD: Duration = Duration::from_millis(1);
+
 /// How much later a station is called again that was called at its time and wants to be called at that time still.
 const AGAIN: Duration = Duration::from_micros(100);
 
@@ -262,6 +265,24 @@ impl<E: 'static> Bus<E> {
     pub fn poll_timeout(&self) -> Option<Instant> {
         let stations = self.deadlines.iter().flatten().min().copied();
         Instant::first_of(Instant::first_of(stations, self.poll_wire()), self.faults.next_change())
+    }
+
+    /// Takes the bus ahead of the clock, to the end of the frame on the wire, if that is soon and no port hears it: what
+    /// the stations answer is known then before anybody outside can see it, and who runs the bus sleeps once for both.
+    /// What ports send meanwhile still takes part in the next arbitration.
+    pub(crate) fn look_ahead(&mut self) {
+        let latest = self.now.saturating_add(LOOK_AHEAD);
+        if let Some(end) = self.unheard_end().filter(|end| *end <= latest) {
+            self.advance(end);
+        }
+    }
+
+    /// As [`Bus::poll_timeout`], for who only wants to know what ports hear: of a frame that waits for the bus the
+    /// earliest end counts, not the beginning.
+    #[must_use]
+    pub(crate) fn poll_noticed(&self) -> Option<Instant> {
+        let stations = self.deadlines.iter().flatten().min().copied();
+        Instant::first_of(Instant::first_of(stations, self.poll_frame_end()), self.faults.next_change())
     }
 
     /// The oldest news not taken yet.

@@ -48,6 +48,11 @@ impl Faults {
         self.list.iter()
     }
 
+    /// Whether there is none.
+    pub(super) fn is_empty(&self) -> bool {
+        self.list.active.is_empty()
+    }
+
     /// Which may act at `now`.
     pub(super) fn look(&mut self, now: Instant) {
         self.list.look(now, |_| true);

@@ -57,7 +57,7 @@ impl Interface {
 
     /// Sleeps until something comes from outside, or until a stop or what is due on the bus.
     pub(super) fn wait<E: 'static>(&mut self, bus: &Bus<E>, now: Instant, stop: &Stop) -> io::Result<()> {
-        let timeout = bus.poll_timeout().map(|until| until.saturating_since(now));
+        let timeout = bus.poll_noticed().map(|until| until.saturating_since(now));
         self.endpoint.wait(timeout, stop)
     }
 }

@@ -214,6 +214,7 @@ impl<E: 'static> Line<E> {
             }
         };
         self.bus.handle_timeout(self.clock.now());
+        self.bus.look_ahead();
         // Before a master reads of it: what a master knows, the one who watches has seen.
         while let Some(event) = self.bus.poll_event() {
             on_news(News::Bus(event));

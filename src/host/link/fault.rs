@@ -296,6 +296,10 @@ impl<L: Link, C: Clock> Link for Faulty<L, C> {
     fn set_rate(&mut self, rate: BaudRate) -> io::Result<()> {
         self.link.set_rate(rate)
     }
+
+    fn resolution(&self) -> Duration {
+        self.link.resolution()
+    }
 }
 
 /// A reply on its way to the master, after the faults.

@@ -44,7 +44,7 @@ use rustix::termios::{LocalModes, OptionalActions, QueueSelector, Termios};
 
 use super::symlink::{OldLink, Symlink};
 use super::{Look, Sleep};
-use crate::host::{Error, Link, Received, Stop};
+use crate::host::{Error, Link, Received, Stop, UNTRUE_RESOLUTION};
 use crate::time::BaudRate;
 
 /// The speed of a terminal that no master has set: none of PROFIBUS.
@@ -417,5 +417,9 @@ impl Link for Pty {
         let mut sleep = Sleep::until(stop);
         self.watch(true, false, &mut sleep);
         sleep.sleep(timeout)
+    }
+
+    fn resolution(&self) -> Duration {
+        UNTRUE_RESOLUTION
     }
 }

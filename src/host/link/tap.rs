@@ -166,6 +166,10 @@ impl<L: Link, C: Clock, F: FnMut(&Batch)> Link for Tap<L, C, F> {
     fn set_rate(&mut self, rate: BaudRate) -> io::Result<()> {
         self.link.set_rate(rate)
     }
+
+    fn resolution(&self) -> Duration {
+        self.link.resolution()
+    }
 }
 
 impl<L, C: Clock, F: FnMut(&Batch)> Drop for Tap<L, C, F> {

@@ -36,7 +36,7 @@ use rustix::event::{PollFd, PollFlags};
 use super::pieces::{Piece, settled};
 use super::{Look, Sleep};
 use crate::host::reach::{ListenError, listen};
-use crate::host::{Clock, Error, Link, Received, Stop, SystemClock};
+use crate::host::{Clock, Error, Link, Received, Stop, SystemClock, UNTRUE_RESOLUTION};
 use crate::profibus::fdl::telegram::{Decoded, decode};
 use crate::profibus::fdl::{Address, Function, Service, Telegram};
 use crate::time::{BaudRate, Instant};
@@ -375,6 +375,10 @@ impl<C: Clock> Link for Tcp<C> {
             }
         }
         sleep.sleep(timeout)
+    }
+
+    fn resolution(&self) -> Duration {
+        UNTRUE_RESOLUTION
     }
 }
 

@@ -202,4 +202,8 @@ impl<L: Link, C: Clock> Link for Recorder<L, C> {
     fn set_rate(&mut self, rate: BaudRate) -> io::Result<()> {
         self.link.set_rate(rate)
     }
+
+    fn resolution(&self) -> Duration {
+        self.link.resolution()
+    }
 }

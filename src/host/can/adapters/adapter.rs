@@ -19,6 +19,9 @@ const INBOX: usize = 4096;
 /// Octets that wait for a master at most, beside what the kernel keeps: 0.2 s of a full bus at 1 Mbit/s.
 const MAX_OUTBOX: usize = 64 * 1024;
 
+/// How long the acknowledgement of a frame waits for an answer on the bus at most.
+const HOLD: Duration = Duration::from_millis(1);
+
 pub(super) struct Adapter {
     name: String,
     /// `None`: the master is gone for good, and frames it was told are sent wait for the bus.
@@ -33,6 +36,9 @@ pub(super) struct Adapter {
     begun: bool,
     /// Lines of frames were written since the master's output was last thrown away.
     told: bool,
+    /// All that waits are acknowledgements of frames. They wait for the answer that is on its way, no longer than this:
+    /// one call hands out both.
+    held: Option<Instant>,
     /// Frames that the master had no room for.
     dropped: u64,
     loss_reported: bool,
@@ -51,6 +57,7 @@ impl Adapter {
             outbox: VecDeque::new(),
             begun: false,
             told: false,
+            held: None,
             dropped: 0,
             loss_reported: false,
         }
@@ -88,7 +95,7 @@ impl Adapter {
             match stream.read(&mut buf)? {
                 Arrival::Octets(count) => {
                     self.inbox.extend(buf.iter().take(count));
-                    full = true;
+                    full = count == buf.len();
                 }
                 Arrival::Nothing => {}
                 Arrival::Another => {
@@ -153,6 +160,11 @@ impl Adapter {
         if let Some(Effect::Channel(_)) = reaction.effect {
             self.forget_frames()?;
         }
+        if !matches!(reaction.effect, Some(Effect::Transmit(_))) {
+            self.held = None;
+        } else if self.outbox.is_empty() {
+            self.held = Some(now.saturating_add(HOLD));
+        }
         self.push(reaction.answer.as_octets());
         Ok(())
     }
@@ -199,14 +211,19 @@ impl Adapter {
     }
 
     /// Hands out what the bus has for the master, as far as it reads.
-    pub(super) fn write<E: 'static>(&mut self, bus: &mut Bus<E>) -> io::Result<()> {
+    pub(super) fn write<E: 'static>(&mut self, bus: &mut Bus<E>, now: Instant) -> io::Result<()> {
         while let Some(heard) = bus.poll_heard(self.seat) {
+            self.held = None;
             let Some(line) = self.machine.frame(heard.at, &heard.frame) else { continue };
             self.told = true;
             if !self.push(line.as_octets()) {
                 self.lose();
             }
         }
+        if self.held.is_some_and(|held| now < held) && !bus.is_quiet() {
+            return Ok(());
+        }
+        self.held = None;
         let Some(stream) = &mut self.stream else {
             self.outbox.clear();
             return Ok(());
@@ -242,8 +259,13 @@ impl Adapter {
     pub(super) fn watch<'a, E: 'static>(&'a self, bus: &Bus<E>, sleep: &mut Sleep<'a>) {
         if let Some(stream) = &self.stream {
             let reads = self.inbox.is_empty() || self.may_go_on(bus);
-            stream.watch(reads, !self.outbox.is_empty(), sleep);
+            stream.watch(reads, self.held.is_none() && !self.outbox.is_empty(), sleep);
         }
+    }
+
+    /// Until when acknowledgements wait.
+    pub(super) const fn held_until(&self) -> Option<Instant> {
+        self.held
     }
 
     /// How long a sleep may last at most; `None`: for ever.
@@ -255,4 +277,77 @@ impl Adapter {
 /// Whether an answer or the line of a frame ends with this octet.
 const fn ends_line(octet: u8) -> bool {
     octet == slcan::CR || octet == slcan::BEL
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::{ErrorKind, Read, Write};
+    use std::net::{TcpListener, TcpStream};
+
+    use super::*;
+    use crate::can_bus::can::BitRate;
+
+    /// An adapter whose channel is open, and its master.
+    fn open(bus: &mut Bus<()>) -> (Adapter, TcpStream) {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let mut master = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
+        let stream = Stream::tcp(listener.accept().unwrap().0).unwrap();
+        let mut adapter = Adapter::new(stream, "master".into(), bus, Instant::ZERO);
+        master.write_all(b"O\r").unwrap();
+        while adapter.machine.channel() != Channel::Open {
+            adapter.read(bus, Instant::ZERO, &mut |_| {}).unwrap();
+        }
+        adapter.write(bus, Instant::ZERO).unwrap();
+        assert_eq!(read(&mut master), b"\r");
+        (adapter, master)
+    }
+
+    /// The adapter takes lines of the master, the first of which is a frame.
+    fn send(adapter: &mut Adapter, master: &mut TcpStream, bus: &mut Bus<()>, octets: &[u8], now: Instant) {
+        master.write_all(octets).unwrap();
+        while bus.is_quiet() {
+            adapter.read(bus, now, &mut |_| {}).unwrap();
+        }
+    }
+
+    fn read(master: &mut TcpStream) -> Vec<u8> {
+        master.set_nonblocking(true).unwrap();
+        let mut octets = [0; 256];
+        match master.read(&mut octets) {
+            Ok(count) => octets[..count].to_vec(),
+            Err(error) => {
+                assert_eq!(error.kind(), ErrorKind::WouldBlock);
+                Vec::new()
+            }
+        }
+    }
+
+    #[test]
+    fn acknowledgements_wait_while_the_bus_is_busy_and_no_longer_than_a_millisecond() {
+        let mut bus = Bus::new(BitRate::K1000);
+        let (mut adapter, mut master) = open(&mut bus);
+        send(&mut adapter, &mut master, &mut bus, &b"t0800\r".repeat(30), Instant::ZERO);
+        let (early, late) = (Instant::from_micros(999), Instant::from_millis(1));
+        bus.handle_timeout(early);
+        adapter.write(&mut bus, early).unwrap();
+        assert_eq!((read(&mut master), adapter.held_until()), (Vec::new(), Some(late)));
+        bus.handle_timeout(late);
+        assert!(!bus.is_quiet());
+        adapter.write(&mut bus, late).unwrap();
+        assert_eq!((read(&mut master), adapter.held_until()), (b"z\r".repeat(30), None));
+    }
+
+    #[test]
+    fn an_acknowledgement_does_not_wait_for_an_idle_bus_nor_when_another_answer_waits() {
+        let mut bus = Bus::new(BitRate::K1000);
+        let (mut adapter, mut master) = open(&mut bus);
+        send(&mut adapter, &mut master, &mut bus, b"t0800\r", Instant::ZERO);
+        let end = bus.poll_timeout().unwrap();
+        bus.handle_timeout(end);
+        adapter.write(&mut bus, end).unwrap();
+        assert_eq!(read(&mut master), b"z\r", "the frame has ended, and nobody answers");
+        send(&mut adapter, &mut master, &mut bus, b"t0800\rV\r", end);
+        adapter.write(&mut bus, end).unwrap();
+        assert!(read(&mut master).starts_with(b"z\rV"));
+    }
 }

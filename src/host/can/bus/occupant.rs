@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use thiserror::Error;
 
 use super::{CanParticipant, push_bounded};
-use crate::can_bus::can::{Confinement, ErrorState, Frame, Priority};
+use crate::can_bus::can::{Confinement, ErrorState, Frame, Priority, timing};
 use crate::time::Instant;
 
 /// Frames of a port that wait for the bus at most.
@@ -100,6 +100,14 @@ impl<E: 'static> Occupant<E> {
         match self.station {
             Station::Participant(_) => false,
             Station::Port { .. } => true,
+        }
+    }
+
+    /// Whether somebody outside gets what it hears.
+    pub(super) const fn is_listening_port(&self) -> bool {
+        match self.station {
+            Station::Participant(_) => false,
+            Station::Port { listens, .. } => listens,
         }
     }
 
@@ -212,6 +220,11 @@ impl<E: 'static> Occupant<E> {
     /// When its waiting frame may go, if one waits.
     pub(super) fn may_bid(&self) -> Option<Instant> {
         self.mailbox.is_some().then_some(self.suspended)
+    }
+
+    /// How many bits the frame has that waits, if one waits.
+    pub(super) fn waiting_bits(&self) -> Option<u32> {
+        self.mailbox.as_ref().map(timing::bits)
     }
 
     pub(super) const fn take_mailbox(&mut self) -> Option<Frame> {

@@ -332,3 +332,72 @@ fn a_process_that_slept_for_an_hour_goes_on_at_once() {
     assert!((150..=152).contains(&ticks), "{ticks}");
     assert!(bus.send(Instant::from_millis(3_600_000), master, frame(1)).is_ok());
 }
+
+/// A bus with a port that sends, and a station that answers each frame with the next identifier.
+fn asked(rate: BitRate) -> (Bus<u8>, Seat) {
+    let mut bus = Bus::new(rate);
+    let port = bus.connect(NOW);
+    bus.add(NOW, Echo::new());
+    bus.send(NOW, port, frame(0x200)).unwrap();
+    (bus, port)
+}
+
+#[test]
+fn ahead_of_the_clock_the_end_of_the_answer_is_known_and_nothing_comes_earlier() {
+    let (mut bus, port) = asked(BitRate::K1000);
+    let request = bus.poll_timeout().unwrap();
+    assert_eq!(bus.poll_noticed(), Some(request));
+    bus.look_ahead();
+    let answer = request.saturating_add(Duration::from_micros(3 + micros(&frame(0x201))));
+    assert_eq!(bus.poll_noticed(), Some(answer), "the next thing that a port can notice");
+    // Once ahead, not further.
+    bus.look_ahead();
+    assert_eq!((bus.poll_noticed(), heard(&mut bus, port)), (Some(answer), Vec::new()));
+    bus.handle_timeout(answer);
+    assert_eq!(bus.poll_heard(port).map(|heard| (heard.at, heard.frame)), Some((answer, frame(0x201))));
+}
+
+#[test]
+fn what_a_port_sends_meanwhile_takes_part_in_the_arbitration() {
+    let (mut bus, port) = asked(BitRate::K1000);
+    let request = bus.poll_timeout().unwrap();
+    bus.look_ahead();
+    let late = bus.connect(NOW);
+    bus.send(Instant::from_micros(50), late, frame(0x100)).unwrap();
+    run(&mut bus, Instant::from_millis(2));
+    let first = bus.poll_heard(port).unwrap();
+    assert_eq!(first.frame, frame(0x100), "the lower identifier wins");
+    assert_eq!(first.at, request.saturating_add(Duration::from_micros(3 + micros(&frame(0x100)))));
+    assert_eq!(heard(&mut bus, port)[..], [frame(0x201), frame(0x101)]);
+}
+
+#[test]
+fn the_bus_is_not_taken_ahead_when_somebody_would_hear_it_too_early() {
+    let ahead = |bus: &mut Bus<u8>| {
+        let before = bus.poll_timeout();
+        bus.look_ahead();
+        bus.poll_timeout() != before
+    };
+    let (mut bus, _) = asked(BitRate::K1000);
+    assert!(ahead(&mut bus));
+    let (mut bus, _) = asked(BitRate::K1000);
+    let closed = bus.connect(NOW);
+    bus.listen(closed, false);
+    assert!(ahead(&mut bus), "an adapter that is closed hears nothing");
+    let (mut bus, _) = asked(BitRate::K1000);
+    bus.connect(NOW);
+    assert!(!ahead(&mut bus), "another port hears the request");
+    let (mut bus, port) = asked(BitRate::K1000);
+    run(&mut bus, Instant::from_micros(200));
+    assert!(bus.is_idle(port) && !ahead(&mut bus), "the answer of the station is heard");
+    let (mut bus, _) = asked(BitRate::from_bits_per_second(50_000).unwrap());
+    assert!(!ahead(&mut bus), "a frame of two milliseconds is too far ahead");
+}
+
+#[test]
+fn a_fault_may_end_a_frame_early_so_its_beginning_counts() {
+    let (mut bus, _) = asked(BitRate::K1000);
+    bus.faults_mut().add(NOW, "frame-damaged,id=7ff".parse().unwrap());
+    bus.look_ahead();
+    assert_eq!(bus.poll_noticed(), bus.poll_timeout());
+}

@@ -72,6 +72,30 @@ impl<E: 'static> Bus<E> {
         waiting.chain(late).min().map(|first| first.max(self.wire.free))
     }
 
+    /// When a frame ends at the earliest. A fault may damage one, which ends it earlier.
+    pub(super) fn poll_frame_end(&self) -> Option<Instant> {
+        let begin = self.poll_wire()?;
+        if self.wire.transmission.is_some() || !self.faults.is_empty() {
+            return Some(begin);
+        }
+        let waiting = self.seats.iter().flatten().filter_map(super::Occupant::waiting_bits);
+        let late = self.wire.late.iter().map(|late| timing::bits(&late.frame));
+        let shortest = waiting.chain(late).min().unwrap_or_default();
+        Some(begin.saturating_add(self.rate.bit_times(shortest)))
+    }
+
+    /// When the frame on the wire ends, if it is that of a port and no other port hears it.
+    pub(super) fn unheard_end(&self) -> Option<Instant> {
+        let Transmission { sender: Sender::Seat(from), strike: Strike::None, end, .. } =
+            self.wire.transmission?
+        else {
+            return None;
+        };
+        let mut others = self.seats.iter().enumerate().filter(|(index, _)| *index != from.0);
+        let unheard = others.all(|(_, seat)| seat.as_ref().is_none_or(|seat| !seat.is_listening_port()));
+        (self.occupant(from)?.is_port() && unheard).then_some(end)
+    }
+
     /// Ends the frame on the wire if its time is over: it is delivered, or it was damaged.
     pub(super) fn end_frame(&mut self, now: Instant) {
         let Some(transmission) = self.wire.transmission.filter(|transmission| transmission.end <= now) else {
