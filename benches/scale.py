@@ -6,13 +6,15 @@
 
 Each line is a process of its own with drives on TCP, as in docs/scale.md. The master is here: it starts each drive and
 exchanges data with all of them once in a cycle, travelling drives included. Lines of CANopen nodes are AP10s behind an
-slcan adapter on TCP: one SYNC in a cycle, and a TPDO of each node. Processor time is that of the emulators alone, from
+slcan adapter on TCP: one SYNC in a cycle, and a TPDO of each node. The last table is that of system_calls.py, if strace is
+there: system calls and processor time of one exchange. Processor time is that of the emulators alone, from
 /proc, so that other work on the machine lengthens it little (caches and shared cores do).
 """
 
 import os
 import re
 import selectors
+import shutil
 import signal
 import socket
 import struct
@@ -229,6 +231,11 @@ def main():
         measure(program, 1, nodes, None, kind=CanLine)
     for nodes, cycle in [(1, 0.01), (5, 0.01), (25, 0.05), (127, 0.25)]:
         measure(program, 1, nodes, cycle, kind=CanLine)
+    if shutil.which("strace"):
+        import system_calls
+
+        print("\nOne exchange:")
+        system_calls.table(program)
 
 
 if __name__ == "__main__":
