@@ -42,6 +42,11 @@ done
 for file in pump.eds servo.dcf; do
     "$venv/bin/python" "$here/nodes.py" "$profidrive" "$root/tests/eds/$file"
 done
+# Every service of CiA 301 that a master uses, heard on the bus. Nothing that was not heard is right.
+"$venv/bin/python" "$here/any_master.py" "$profidrive" "$venv/bin/python" "$here/python_master.py"
+if "$venv/bin/python" "$here/any_master.py" "$profidrive" true >"$work/nothing" || grep -q '^ok' "$work/nothing"; then
+    fail "any_master.py: a master that does nothing passes"
+fi
 # A folder with files of manufacturers, which are not here, is tried file by file.
 "$venv/bin/python" "$here/file_drive.py" "$profidrive" "$root/tests/eds/asda-a2.eds" ${PROFIDRIVE_EDS_FOLDER:+"$PROFIDRIVE_EDS_FOLDER"}
 if command -v npm >/dev/null; then
