@@ -16,7 +16,7 @@ use crate::profibus::dpv1::connection::{
 };
 use crate::profibus::dpv1::{
     AlarmHead, Failure, Function, MAX_DATA, MAX_PDU, MS1_SAP, PduError, RESOURCE_MANAGER_SAP, RequestPdu,
-    ResponsePdu,
+    ResponsePdu, WithCure,
 };
 use crate::time::Instant;
 
@@ -157,7 +157,7 @@ pub enum AcyclicAnswer<'a> {
 #[non_exhaustive]
 pub enum AcyclicError {
     /// The slave refused the service.
-    #[error("{}: {failure}{}{}", .function.name(), if .failure.code.cure().is_empty() { "" } else { ": " }, .failure.code.cure())]
+    #[error("{}: {}", .function.name(), WithCure(*.failure))]
     Refused {
         /// Which service.
         function: Function,

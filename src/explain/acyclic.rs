@@ -77,7 +77,21 @@ pub(super) fn request(data: &[u8], at: usize) -> (String, Vec<Field>) {
     }
 }
 
-pub(super) fn response(data: &[u8], at: usize) -> (String, Vec<Field>) {
+/// The slot and index that a request is for; `None`: it is for none.
+pub(super) fn place(data: &[u8]) -> Option<(u8, u8)> {
+    match RequestPdu::parse(data) {
+        Ok(
+            RequestPdu::Read { slot, index, .. }
+            | RequestPdu::Write { slot, index, .. }
+            | RequestPdu::DataTransport { slot, index, .. },
+        ) => Some((slot, index)),
+        Ok(RequestPdu::AlarmAck(_) | RequestPdu::Initiate(_) | RequestPdu::Idle | RequestPdu::Abort(_))
+        | Err(_) => None,
+    }
+}
+
+/// `asked`: slot and index of the request, if they are known.
+pub(super) fn response(data: &[u8], at: usize, asked: Option<(u8, u8)>) -> (String, Vec<Field>) {
     let pdu = match ResponsePdu::parse(data) {
         Ok(pdu) => pdu,
         Err(error) => return none(error, data, at),
@@ -124,7 +138,8 @@ pub(super) fn response(data: &[u8], at: usize) -> (String, Vec<Field>) {
         }
         ResponsePdu::Negative { function, failure } => {
             let name = Function::numbered(function).map_or("service", Function::name);
-            (format!("{name} refused: {failure}"), fields.failure(failure))
+            let of = asked.map_or_else(String::new, |(slot, index)| format!(" of {}", record(slot, index)));
+            (format!("{name}{of} refused: {failure}"), fields.failure(failure))
         }
     }
 }

@@ -8,7 +8,7 @@ pub(crate) use crate::devices::ag03::drive::Mode;
 use crate::devices::ag03::param::{Model, Models, Parameter, Pnu};
 use crate::devices::ag03::profibus::IDENT_NUMBER;
 use crate::profibus::dp::Service;
-use crate::profibus::fdl::{Address, FrameCount};
+use crate::profibus::fdl::{Address, FrameCount, Sap};
 use crate::profibus::pkw::ErrorNumber;
 use crate::profibus::ppo::{JobId, Pkw, ReplyId};
 
@@ -59,6 +59,8 @@ pub(super) struct Learned {
     pub(super) unanswered: u32,
     /// Whose parameter channel was looked at last.
     pub(super) last: Option<Sender>,
+    /// SAP, slot and index of the last request of DP-V1 that is for a record.
+    pub(super) record: Option<(Sap, (u8, u8))>,
     /// Who asked last, and the frame count.
     pub(super) count: Option<(u8, FrameCount)>,
 }

@@ -271,6 +271,9 @@ fn request(fdl: Service, telegram: &DataTelegram<'_>, at: usize, context: &mut C
         | Service::SrdLow
         | Service::SrdHigh => {
             if service.is_none() && acyclic::carries(telegram.dsap) {
+                if !telegram.data.is_empty() {
+                    learned.record = telegram.dsap.zip(acyclic::place(telegram.data));
+                }
                 let (summary, fields) = acyclic::request(telegram.data, at);
                 Carried { service, summary, fields }
             } else {
@@ -328,7 +331,8 @@ fn response(status: ReplyStatus, telegram: &DataTelegram<'_>, at: usize, context
         return plain(here(telegram), telegram.data, at);
     }
     if service.is_none() && !empty && acyclic::carries(telegram.ssap) {
-        let (summary, fields) = acyclic::response(telegram.data, at);
+        let asked = context.station(station).record.filter(|(sap, _)| Some(*sap) == telegram.ssap);
+        let (summary, fields) = acyclic::response(telegram.data, at, asked.map(|(_, place)| place));
         return Carried { service, summary, fields };
     }
     let mut learned = context.station(station);

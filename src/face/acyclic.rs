@@ -1,5 +1,6 @@
 //! What a master reaches beside the cyclic exchange: records by slot and index, alarms, identification, connections.
 
+use super::Reason;
 use super::description::Denied;
 use crate::profibus::dpv1::{AlarmHead, AlarmState, AlarmType, Link, NotRaised, Specifier, StatusType};
 use crate::time::Instant;
@@ -47,6 +48,9 @@ pub struct NewStatus<'a> {
     pub data: &'a [u8],
 }
 
+/// The name of the last service that was refused, among what keeps a master from services.
+pub const SERVICE_REFUSED: &str = "ServiceRefused";
+
 /// The channel of the owner.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OwnersChannel {
@@ -60,6 +64,9 @@ pub struct OwnersChannel {
 pub trait Acyclic {
     /// The channel of the owner.
     fn channel(&self) -> OwnersChannel;
+
+    /// What keeps masters from its services now, or waits for a master.
+    fn each_obstacle(&self, _tell: &mut dyn FnMut(Reason<'_>)) {}
 
     /// Each connection of a master of class 2.
     fn each_link(&self, _tell: &mut dyn FnMut(Link)) {}

@@ -21,7 +21,7 @@ use super::stream::LastRefusal;
 use super::switches::SwitchesState;
 use crate::explain::Known;
 use crate::face::description::{Group, Supply};
-use crate::face::{Description, Why};
+use crate::face::{Description, Reason};
 use crate::host::Presence;
 use crate::host::fault::BusKind;
 use crate::time::Instant;
@@ -136,6 +136,10 @@ pub(super) struct Reasons {
     reasons: Vec<ReasonText>,
     /// What to send until it moves; `null`: it moves, or nothing that is sent helps before the reasons are removed.
     next: Option<String>,
+    /// What keeps masters from its services of DP-V1, or waits for a master: alarms, the last service that was refused. A device
+    /// without such services does not have it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    services: Option<Vec<ReasonText>>,
 }
 
 /// One thing that keeps it from moving, or a condition that is not met.
@@ -148,15 +152,34 @@ pub(super) struct ReasonText {
     pub(super) text: String,
 }
 
+impl ReasonText {
+    fn of(reason: &Reason<'_>) -> Self {
+        Self { reason: reason.name, text: reason.to_string() }
+    }
+}
+
 impl Reasons {
-    pub(super) fn of(why: Option<&dyn Why>) -> Self {
-        let Some(why) = why else { return Self::default() };
+    /// All about the services in one line, behind what stands before it.
+    pub(super) fn say_services(&self, text: &mut String) {
+        for service in self.services.iter().flatten() {
+            text.push_str("; ");
+            text.push_str(&service.text);
+        }
+    }
+
+    pub(super) fn of(description: &dyn Description) -> Self {
+        let services = description.acyclic().map(|acyclic| {
+            let mut services = Vec::new();
+            acyclic.each_obstacle(&mut |reason| services.push(ReasonText::of(&reason)));
+            services
+        });
+        let Some(why) = description.why() else { return Self { services, ..Self::default() } };
         let (mut reasons, mut next) = (Vec::new(), None);
         why.each_reason(&mut |reason| {
-            reasons.push(ReasonText { reason: reason.name, text: reason.to_string() });
+            reasons.push(ReasonText::of(&reason));
         });
         why.next(&mut |words| next = Some(words.to_string()));
-        Self { moving: Some(why.is_moving() == Some(true)), reasons, next }
+        Self { moving: Some(why.is_moving() == Some(true)), reasons, next, services }
     }
 }
 
@@ -250,7 +273,7 @@ impl State {
             switches,
             history,
             last_refusal: None,
-            why: Reasons::of(description.why()),
+            why: Reasons::of(description),
             diagnosis: None,
             counters,
             eeprom: description.memory(),

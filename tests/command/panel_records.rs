@@ -191,3 +191,134 @@ fn a_line_file_has_records_and_alarms_that_come_by_themselves() {
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.code() == Some(2) && said.contains("the GSD has no update alarm"), "{said}");
 }
+
+/// What the station says keeps masters from its services: names and sentences.
+fn services(emulator: &Emulator) -> Vec<(String, String)> {
+    let why = emulator.get("/api/v1/stations/7/why");
+    let text = why["text"].as_str().unwrap();
+    let word = |value: &Value| value.as_str().unwrap().to_owned();
+    let told: Vec<_> = why["services"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|told| (word(&told["reason"]), word(&told["text"])))
+        .collect();
+    assert!(told.iter().all(|(_, sentence)| text.contains(sentence)), "{why}");
+    told
+}
+
+/// The sentence of the reason of this name.
+fn sentence(emulator: &Emulator, name: &str) -> String {
+    let told = services(emulator);
+    let found = told.iter().find(|(reason, _)| reason == name);
+    found.unwrap_or_else(|| panic!("no {name}: {told:?}")).1.clone()
+}
+
+/// What the log, the panel and decode say of a refused request are the same words.
+fn refused_alike(emulator: &Emulator, master: &mut RawMaster, request: &[u8], words: &str) {
+    let answer = master.ms1(7, request);
+    assert_eq!((answer.len(), answer[0] & 0x80), (4, 0x80), "{words}: {answer:02X?}");
+    let sentence = sentence(emulator, "ServiceRefused");
+    assert!(sentence.ends_with(words), "{words}: {sentence}");
+    let events = emulator.get("/api/v1/events/recent?address=7");
+    let told = events["events"].as_array().unwrap();
+    assert!(
+        told.iter().any(|event| event["text"] == format!("station 7: {sentence}").as_str()),
+        "{sentence}: {told:?}"
+    );
+    let telegram = |da: u8, sa: u8, fc: u8, data: &[u8]| {
+        let body = [&[0x80 | da, 0x80 | sa, fc, 51, 51][..], data].concat();
+        let len = u8::try_from(body.len()).unwrap();
+        let sum = body.iter().fold(0_u8, |sum, octet| sum.wrapping_add(*octet));
+        let octets = [&[0x68, len, len, 0x68][..], &body, &[sum, 0x16]].concat();
+        octets.iter().map(|octet| format!("{octet:02X} ")).collect::<String>()
+    };
+    let both = [telegram(7, 2, 0x5D, request), telegram(2, 7, 0x08, &answer)];
+    let output = crate::emulator::output(&["decode", "--brief", &both[0], &both[1]]);
+    let decoded = String::from_utf8(output.stdout).unwrap();
+    let (slot, index) = (request[1], request[2]);
+    let (what, cure) = words.split_once("): ").unwrap();
+    let of = format!("of record {index} of slot {slot} refused: {what})");
+    assert!(decoded.contains(&of) && decoded.contains(&format!("^ {cure}")), "{of}: {decoded}");
+}
+
+#[test]
+fn why_log_and_decode_say_alike_what_keeps_a_master_from_records() {
+    let folder = tempfile::tempdir().unwrap();
+    let (emulator, mut master) = emulator(folder.path());
+    assert!(sentence(&emulator, "Ms1NoExchange").contains("the slave waits for Set_Prm"));
+    let mut plain = PRM;
+    plain[7] = 0;
+    master.start(7, &plain, &[0x31], &[0, 0]);
+    assert!(sentence(&emulator, "Ms1NotEnabled").contains("DPV1_Enable in octet 8 of Set_Prm is 0"));
+    start(&mut master);
+    assert_eq!(services(&emulator), []);
+    for (request, words) in [
+        (
+            &[0x5E, 9, 10, 240][..],
+            "access, invalid slot (80 B2 00): the device has no such slot; slot 0 is the station itself",
+        ),
+        (&[0x5E, 1, 99, 240], "access, invalid index (80 B0 00): the slot has no record of this index"),
+        (
+            &[0x5F, 1, 10, 1, 0],
+            "access, write length error (80 B1 00): write as many octets as the record has",
+        ),
+        (
+            &[0x5F, 1, 11, 2, 0, 0],
+            "access, access denied (80 B6 00): the record can only be read, or only be written",
+        ),
+    ] {
+        refused_alike(&emulator, &mut master, request, words);
+    }
+    assert_eq!(master.ms1(7, &[0x5E, 1, 10, 240]).len(), 8);
+    assert_eq!(services(&emulator), [], "a service was carried out");
+    emulator.set(
+        "POST",
+        "/api/v1/stations/7/alarms",
+        &json!({ "type": "process", "slot": 1, "specifier": "appears" }),
+    );
+    assert!(
+        sentence(&emulator, "AlarmNotRead")
+            .starts_with("the process alarm of slot 1 appears, number 0 waits until")
+    );
+    master.ask(7, Some((60, 62)), &[]);
+    assert!(sentence(&emulator, "AlarmNotAcknowledged").contains("waits for its acknowledgement"));
+    master.ms1(7, &[0x5C, 1, 2, 1]);
+    assert_eq!(services(&emulator), []);
+}
+
+#[test]
+fn why_of_a_drive_names_the_parameter_that_was_refused_with_its_cure() {
+    let emulator = Emulator::with(&["--link", "tcp:127.0.0.1:0", "--profidrive", "7,telegram=1"]);
+    let mut master = RawMaster::new(emulator.terminal().to_str().unwrap(), 2);
+    let configuration = [0xC3, 0xC1, 0xC1, 0xFD, 0, 1];
+    master.start(7, &[0x80, 1, 1, 11, 0x50, 0x34, 0, 0x80, 0, 0], &configuration, &[0, 0, 0, 0]);
+    for (address, axis, words) in [
+        (
+            [0x10, 1, 0x12, 0x67, 0, 0],
+            1,
+            "PNU 4711.0 of axis 1: error 00h, no such parameter: read the list of parameters, PNU 980",
+        ),
+        (
+            [0x10, 1, 0x03, 0xC4, 0, 99],
+            1,
+            "PNU 964.99 of axis 1: error 03h, no such sub-index (sub-index 99): read its description",
+        ),
+        (
+            [0x10, 1, 0x03, 0x9A, 0, 0],
+            9,
+            "PNU 922.0 of axis 9: error 19h, no such axis: choose another axis (DO-ID)",
+        ),
+    ] {
+        let request = [&[0x5F, 0, 47, 10, 1, 1, axis, 1][..], &address].concat();
+        assert_eq!(master.ms1(7, &request)[0], 0x5F);
+        let refused = sentence(&emulator, "ParameterRefused");
+        assert!(refused.starts_with(&format!("record 47 of slot 0 does not read {words}")), "{refused}");
+    }
+    assert_eq!(master.ms1(7, &[0x5F, 0, 47, 10, 1, 1, 1, 1, 0x10, 1, 0x03, 0x9A, 0, 0])[0], 0x5F);
+    assert_eq!(services(&emulator), []);
+    let channels = emulator.get("/api/v1/stations/7/acyclic");
+    assert_eq!(channels["ms1"], json!({ "open": true, "owner": 2, "busy": false }));
+    assert_eq!(channels["identification"][0]["block"], 0);
+    assert_eq!(emulator.get("/api/v1/stations/7/records")["records"], json!([]));
+}

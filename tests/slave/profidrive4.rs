@@ -185,7 +185,7 @@ fn v1_r88_v1_r90_v1_r91_parameters_over_ms1() {
     let mixed = [4, 1, 0, 2, 0x10, 0, 0x03, 0x9A, 0, 0, 0x10, 0, 0, 1, 0, 0];
     assert_eq!(rig.parameter(&mixed), [4, 0x81, 0, 2, 6, 1, 0, 1, 0x44, 1, 0, 0]);
     assert!(
-        rig.said.iter().any(|line| line.contains("PNU 1.0: error 00h, no such parameter")),
+        rig.said.iter().any(|line| line.contains("PNU 1.0 of axis 0: error 00h, no such parameter")),
         "{:?}",
         rig.said
     );

@@ -5,7 +5,9 @@ use super::records::StationRecords;
 use crate::devices::StationEvent;
 use crate::gsd::{Gsd, Placed};
 use crate::profibus::dp::{self, ExtDiag};
-use crate::profibus::dpv1::{self, AlarmHead, AlarmType, Identification, NotRaised, Specifier, Text};
+use crate::profibus::dpv1::{
+    self, AlarmHead, AlarmType, Identification, LastRefused, NotRaised, Specifier, Text,
+};
 use crate::profibus::fdl::Telegram;
 use crate::time::Instant;
 
@@ -19,6 +21,7 @@ const ALARMS: usize = 32;
 pub(super) struct Acyclic {
     pub(super) services: dpv1::Acyclic<CONNECTIONS, ALARMS>,
     pub(super) records: StationRecords,
+    pub(super) refused: LastRefused,
 }
 
 impl Acyclic {
@@ -35,7 +38,7 @@ impl Acyclic {
         }
         let services = dpv1::Acyclic::new(offer);
         let services = if gsd.flags.prm_blocks { services.with_ext_prm() } else { services };
-        Some(Box::new(Self { services, records }))
+        Some(Box::new(Self { services, records, refused: LastRefused::default() }))
     }
 
     /// The slots of a configuration: 0 is the station, its modules count from 1, whatever displays show.
@@ -119,6 +122,7 @@ impl GsdStation {
     pub(super) fn tell_services(&mut self, news: &mut dyn FnMut(StationEvent)) {
         let Some(acyclic) = &mut self.acyclic else { return };
         while let Some(event) = acyclic.services.poll_event() {
+            acyclic.refused.notice(&event);
             news(StationEvent::Acyclic(event));
         }
     }

@@ -1,9 +1,9 @@
 //! What a station from a GSD tells of its records and alarms, and what is done to them by hand.
 
 use super::GsdStation;
-use crate::face::Acyclic;
-use crate::face::acyclic::{NewAlarm, NewStatus, OwnersChannel, Record};
+use crate::face::acyclic::{NewAlarm, NewStatus, OwnersChannel, Record, SERVICE_REFUSED};
 use crate::face::description::Denied;
+use crate::face::{Acyclic, Reason};
 use crate::host::ByHand;
 use crate::profibus::dpv1::{AlarmHead, AlarmState, AlarmType, Link, NotRaised};
 use crate::time::Instant;
@@ -25,6 +25,15 @@ impl Acyclic for GsdStation {
         services
             .map(|services| OwnersChannel { open: services.is_open(), busy: services.is_busy() })
             .unwrap_or_default()
+    }
+
+    fn each_obstacle(&self, tell: &mut dyn FnMut(Reason<'_>)) {
+        let Some(acyclic) = &self.acyclic else { return };
+        let slave = self.station.slave();
+        acyclic.services.each_obstacle(slave, &mut |obstacle| tell(Reason::new(obstacle.name(), &obstacle)));
+        if let Some(event) = acyclic.refused.event() {
+            tell(Reason::new(SERVICE_REFUSED, event));
+        }
     }
 
     fn each_link(&self, tell: &mut dyn FnMut(Link)) {

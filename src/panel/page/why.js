@@ -16,12 +16,13 @@ export class Why {
   show(state) {
     const { why, last_refusal: refusal, fault } = state;
     // A device that cannot move has no reason not to.
-    this.element.hidden = !fault && !refusal && (!why || why.moving === null);
+    this.element.hidden = !fault && !refusal && (!why || (why.moving === null && !why.services?.length));
     if (this.element.hidden) return;
-    const reasons = why?.reasons ?? [];
+    const services = why?.services ?? [];
+    const reasons = [...(why?.moving && !fault ? [] : (why?.reasons ?? [])), ...services];
     mark(this.element, "data-kind", fault ? "fault" : !why || (!why.moving && reasons.length > 0) ? "waiting" : "ready");
     say(this.#title, title(state));
-    this.#reasons.show(why?.moving && !fault ? [] : reasons, ({ text }) => text);
+    this.#reasons.show(reasons, ({ text }) => text);
     say(this.#way, why?.next ? `Next: ${why.next}` : "");
     say(this.#refused, refusal ? `Last refusal${ago(state, refusal)}: ${refusal.text}` : "");
   }
@@ -42,7 +43,7 @@ function title({ why, fault, faults, state_text: word }) {
     const cause = known === undefined ? "" : known.present ? " Its cause is still present." : " Its cause is gone.";
     return `Fault ${faultText(fault)}.${cause}`;
   }
-  if (!why || why.moving === null) return "It refused a request";
+  if (!why || why.moving === null) return why?.services?.length ? "Services of DP-V1" : "It refused a request";
   if (why.moving) return `It moves${word ? `: ${word}` : ""}`;
   return why.reasons.length === 0 ? "Ready: nothing keeps it from moving" : "It does not move, because";
 }

@@ -106,9 +106,12 @@ pub(in crate::panel) async fn remove(place: Place) -> Result<StatusCode, Problem
 pub(in crate::panel) async fn why(place: Place) -> Result<Json<StationWhy>, Problem> {
     let found = place.ask(|lent, address| {
         let time_seconds = seconds(lent.now());
-        let why: Option<&dyn Why> = lent.find(address)?.description.why();
-        let text = why.map_or_else(|| "it has no drive that could move".into(), |why| format!("{why}"));
-        Ok(Json(StationWhy { time_seconds, address, reasons: Reasons::of(why), text }))
+        let description = lent.find(address)?.description;
+        let why: Option<&dyn Why> = description.why();
+        let mut text = why.map_or_else(|| "it has no drive that could move".into(), |why| format!("{why}"));
+        let reasons = Reasons::of(description);
+        reasons.say_services(&mut text);
+        Ok(Json(StationWhy { time_seconds, address, reasons, text }))
     });
     found.await
 }

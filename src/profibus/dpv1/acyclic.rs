@@ -7,8 +7,8 @@ use super::job::{Bench, Server};
 use super::ms2::ResourceManager;
 use super::queue::Queue;
 use super::{
-    ALARM_SAP, Alarm, AlarmHead, AlarmType, Channel, EXT_PRM_SAP, Event, Link, MAX_DATA, MS1_SAP, NotRaised,
-    Offer, RESOURCE_MANAGER_SAP, Records, Specifier, StatusType, TypedBlock,
+    ALARM_SAP, Alarm, AlarmHead, AlarmState, AlarmType, Channel, EXT_PRM_SAP, Event, Link, MAX_DATA, MS1_SAP,
+    NotRaised, Obstacle, Offer, RESOURCE_MANAGER_SAP, Records, Specifier, StatusType, TypedBlock,
 };
 use crate::profibus::dp::dpv1_status::{self, Status1};
 use crate::profibus::dp::station::Beside;
@@ -151,6 +151,23 @@ impl<const CONNECTIONS: usize, const ALARMS: usize> Acyclic<CONNECTIONS, ALARMS>
     /// The alarms that are not acknowledged.
     pub fn alarms(&self) -> &[Alarm] {
         self.alarms.alarms()
+    }
+
+    /// What a master has to do first before it can use MS1, and the alarms that wait for it.
+    pub fn each_obstacle<A: Application>(&self, slave: &Slave<A>, tell: &mut dyn FnMut(Obstacle)) {
+        if self.offer.ms1.is_some() || self.offer.alarms.types != 0 {
+            match slave.state() {
+                State::DataExch if is_enabled(slave) => {}
+                State::DataExch => tell(Obstacle::NotEnabled),
+                state @ (State::WaitPrm | State::WaitCfg) => tell(Obstacle::NoExchange(state)),
+            }
+        }
+        for alarm in self.alarms() {
+            tell(match alarm.state {
+                AlarmState::Pending => Obstacle::AlarmNotRead(alarm.head),
+                AlarmState::Delivered => Obstacle::AlarmNotAcknowledged(alarm.head),
+            });
+        }
     }
 
     /// Takes a telegram for `station` whose last octet ended at `now`.

@@ -33,6 +33,21 @@ impl Failure {
     }
 }
 
+/// A failure with what to do about it: `access, invalid index (80 B0 00): the slot has no record of this index`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WithCure(pub Failure);
+
+impl fmt::Display for WithCure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(failure) = self;
+        failure.fmt(f)?;
+        match failure.decode {
+            ErrorDecode::DP_V1 if !failure.code.cure().is_empty() => write!(f, ": {}", failure.code.cure()),
+            _ => Ok(()),
+        }
+    }
+}
+
 impl fmt::Display for Failure {
     /// `access, invalid index (80 B0 00)`
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

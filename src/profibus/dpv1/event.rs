@@ -3,7 +3,7 @@
 use core::fmt;
 
 use super::identification::FIRST;
-use super::{AlarmHead, CALL_INDEX, Channel, Failure, Function};
+use super::{AlarmHead, CALL_INDEX, Channel, Failure, Function, WithCure};
 use crate::profibus::fdl::Address;
 
 /// Something that the log or the application wants to know.
@@ -167,11 +167,7 @@ impl fmt::Display for Event {
                     Some((slot, index)) => write!(f, " of record {index} of slot {slot}")?,
                     None => {}
                 }
-                write!(f, " of master {master}{channel}: {failure}")?;
-                match failure.code.cure() {
-                    "" => Ok(()),
-                    cure => write!(f, ": {cure}"),
-                }
+                write!(f, " of master {master}{channel}: {}", WithCure(*failure))
             }
             Self::AlarmDelivered { master, alarm } => write!(f, "master {master} has read the {alarm}"),
             Self::AlarmAcknowledged { master, alarm } => {

@@ -15,7 +15,7 @@ use crate::face::description::{
     Past, Value, Word,
 };
 use crate::face::surroundings::{Declined, Input, InputKind, Level, Provocable};
-use crate::face::{Description, DriveState, Surroundings, Why};
+use crate::face::{Acyclic, Description, DriveState, Surroundings, Why};
 use crate::profibus::dp::Application;
 use crate::profibus::dpv1::base_mode::ParameterError;
 use crate::time::Instant;
@@ -157,6 +157,14 @@ impl<A: Application> Surroundings for ProfidriveDevice<TelegramOnly<A>> {
 }
 
 impl<A: Application + 'static> Description for ProfidriveDevice<TelegramOnly<A>> {
+    fn acyclic(&self) -> Option<&dyn Acyclic> {
+        Some(self)
+    }
+
+    fn acyclic_mut(&mut self) -> Option<&mut dyn Acyclic> {
+        Some(self)
+    }
+
     fn say_state(&self, say: &mut dyn FnMut(&dyn fmt::Display)) {
         let status = self.drive().status();
         match status.fault {

@@ -19,6 +19,10 @@ pub enum Event {
     },
     /// A request of record 47 was answered with an error.
     Refused {
+        /// At which slot.
+        slot: u8,
+        /// Of which axis (drive object).
+        axis: u8,
         /// What was asked.
         service: Service,
         /// Of which parameter.
@@ -61,15 +65,28 @@ impl fmt::Display for Event {
                     more => write!(f, ", {more} elements from {subindex}"),
                 }
             }
-            Self::Refused { service, address: ParameterAddress { pnu, subindex, .. }, error, info } => {
+            Self::Refused {
+                slot,
+                axis,
+                service,
+                address: ParameterAddress { pnu, subindex, .. },
+                error,
+                info,
+            } => {
                 let verb = match service {
                     Service::Read => "read",
                     Service::Change => "change",
                     Service::Unknown(_) => "answer",
                 };
-                write!(f, "record 47 does not {verb} PNU {pnu}.{subindex}: error {:02X}h", error.0)?;
+                write!(f, "record 47 of slot {slot} does not {verb} PNU {pnu}.{subindex} of axis {axis}: error {:02X}h", error.0)?;
                 write!(f, ", {}", error.words())?;
-                if error.names_subindex() { write!(f, " (sub-index {info})") } else { Ok(()) }
+                if error.names_subindex() {
+                    write!(f, " (sub-index {info})")?;
+                }
+                match error.cure() {
+                    "" => Ok(()),
+                    cure => write!(f, ": {cure}"),
+                }
             }
             Self::Stored => f.write_str("parameters stored (PNU 971)"),
             Self::NotStored => f.write_str(

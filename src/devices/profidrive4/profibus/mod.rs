@@ -12,11 +12,12 @@
 //! | `table` | every parameter, as a row |
 //! | `parameters`, `value` | their values, and the octets of them |
 //! | `requests` | what is answered to a request in record 47 |
-//! | `records` | the records of the station |
+//! | `records`, `beside` | the records of the station; who is told of them |
 //! | `memory` | what it keeps when it is stored |
 //! | `description`, `why`, `event` | what it tells of itself |
 
 mod application;
+mod beside;
 pub mod bits;
 mod description;
 mod event;
@@ -47,7 +48,7 @@ use crate::devices::profidrive4::{Command, Drive, Fault, Setting};
 use crate::devices::{StationEvent, write_reply};
 use crate::profibus::dp;
 use crate::profibus::dp::{Application, Description};
-use crate::profibus::dpv1::{self, Identification, Offer};
+use crate::profibus::dpv1::{self, Identification, LastRefused, Offer, PARAMETER_INDEX};
 use crate::profibus::fdl;
 use crate::profibus::fdl::{Address, MAX_TELEGRAM_LEN};
 use crate::time::{BaudRate, Instant};
@@ -71,6 +72,9 @@ pub struct ProfidriveDevice<A> {
     acyclic: dpv1::Acyclic<CONNECTIONS, ALARMS>,
     parameters: Parameters,
     pending: Pending,
+    refused: LastRefused,
+    /// What of the last request of record 47 failed last.
+    not_done: Option<Event>,
     identification: Identification,
     cycles: Cycles,
     /// The command in force, and STW1.
@@ -116,6 +120,8 @@ impl<A: Application> ProfidriveDevice<TelegramOnly<A>> {
             acyclic: dpv1::Acyclic::new(offer),
             parameters: Parameters::new(Drive::new(now), table),
             pending: Pending::default(),
+            refused: LastRefused::default(),
+            not_done: None,
             identification,
             cycles: Cycles::new(ApplicationCycle::DEFAULT, now),
             command: Default::default(),
@@ -221,6 +227,11 @@ impl<A: Application> ProfidriveDevice<TelegramOnly<A>> {
     fn tell_acyclic(&mut self, news: &mut dyn FnMut(StationEvent)) {
         while let Some(event) = self.acyclic.poll_event() {
             self.pending.notice(&event);
+            self.refused.notice(&event);
+            if matches!(event, dpv1::Event::Written { index: PARAMETER_INDEX, .. }) {
+                let failed = |event: &&Event| matches!(event, Event::Refused { .. });
+                self.not_done = self.outbox.iter().rfind(failed).copied();
+            }
             news(StationEvent::Acyclic(event));
         }
         if !self.acyclic.is_open() {

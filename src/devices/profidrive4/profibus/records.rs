@@ -11,6 +11,9 @@ use crate::profibus::dpv1::{
 /// The slots of the drive: the station, and its one module.
 const SLOTS: u8 = 2;
 
+/// Where a request names its axis.
+const AXIS: usize = 2;
+
 /// What was answered and not fetched, one answer for each way.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Pending(Vec<(Channel, Vec<u8>)>);
@@ -74,11 +77,12 @@ impl dpv1::Records for Records<'_> {
     fn write(&mut self, job: &Job, data: &[u8]) -> Result<(), NotDone> {
         check(job)?;
         let Self { parameters, known, told, .. } = self;
+        let (slot, axis) = (job.slot, data.get(AXIS).copied().unwrap_or_default());
         let response = requests::respond(parameters, known, data, &mut |outcome| {
             told.push(match outcome {
                 Outcome::Changed { address } => Event::Changed { address },
                 Outcome::Failed { service, address, error, info } => {
-                    Event::Refused { service, address, error, info }
+                    Event::Refused { slot, axis, service, address, error, info }
                 }
             });
         });
