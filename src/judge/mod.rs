@@ -3,6 +3,7 @@
 //! | module | holds |
 //! | --- | --- |
 //! | `master` | a judge of DP masters: plays slaves, does things wrong on purpose, and watches |
+//! | [`device`] | a judge of devices: a master that tries a slave or a node |
 //! | `requirement` | [`Requirement`]: what a report must know of a row |
 //! | `verdict` | [`Verdict`], [`JudgementOf`]: what is said of a row |
 //! | `moment` | [`Moment`]: one sending on the line; [`Telegram`]: one that is shown |
@@ -10,6 +11,7 @@
 //! | `progress` | [`Progress`]: what is tried |
 //! | `report` | [`ReportOf`]: a table for a terminal, JSON, JUnit, a page with diagrams |
 
+pub mod device;
 mod figures;
 mod master;
 mod moment;

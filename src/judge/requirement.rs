@@ -21,10 +21,11 @@ pub trait Requirement: Copy + Eq + Ord + Hash + Debug + 'static {
     /// How a judgement by such rows ends.
     type Ending: Conclusion;
 
-    /// Every row, in the order of the table.
-    const ALL: &'static [Self];
     /// What is judged, as `master`.
     const SUBJECT: &'static str;
+
+    /// Every row, in the order of the table.
+    fn all() -> Vec<Self>;
 
     /// `M-C03`.
     fn id(self) -> &'static str;
@@ -45,7 +46,7 @@ pub trait Requirement: Copy + Eq + Ord + Hash + Debug + 'static {
 
     /// The row of that name, as `M-C03`.
     fn named(id: &str) -> Option<Self> {
-        Self::ALL.iter().copied().find(|row| row.id().eq_ignore_ascii_case(id))
+        Self::all().into_iter().find(|row| row.id().eq_ignore_ascii_case(id))
     }
 
     /// The rows of a name or the beginning of names, as `M-C03` or `M-E*`; none if there are none.
@@ -56,7 +57,7 @@ pub trait Requirement: Copy + Eq + Ord + Hash + Debug + 'static {
             let front = id.get(..prefix.len()).is_some_and(|front| front.eq_ignore_ascii_case(prefix));
             front && (open || id.len() == prefix.len())
         };
-        Self::ALL.iter().copied().filter(fits).collect()
+        Self::all().into_iter().filter(fits).collect()
     }
 }
 

@@ -31,5 +31,6 @@ mod ring;
 #[cfg(feature = "master")]
 mod session;
 mod situations;
+mod slaves;
 mod soaked;
 mod virtual_time;

@@ -478,8 +478,11 @@ impl Row {
 impl Requirement for Row {
     type Ending = Ending;
 
-    const ALL: &'static [Self] = Self::ALL;
     const SUBJECT: &'static str = "master";
+
+    fn all() -> Vec<Self> {
+        Self::ALL.to_vec()
+    }
 
     fn id(self) -> &'static str {
         Self::id(self)

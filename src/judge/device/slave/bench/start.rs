@@ -1,0 +1,312 @@
+//! Start-up, data exchange, and back to where each row begins.
+
+use core::time::Duration;
+
+use super::{Bench, DIAG_LEN, Prm};
+use crate::judge::device::Ending;
+use crate::judge::device::course::{Course, Halt, broken};
+use crate::judge::device::play::Trial;
+use crate::judge::device::row::{Group, Table};
+use crate::judge::device::slave::answer::{Answer, Diagnosis, NO_MASTER};
+use crate::judge::device::slave::request::Request;
+use crate::judge::device::slave::rows;
+use crate::judge::device::slave::wire::Sight;
+use crate::judge::moment::Telegram;
+use crate::profibus::dp::DiagBit;
+use crate::profibus::dp::{IoLengths, Service};
+use crate::profibus::fdl::ReplyStatus;
+use crate::time::Instant;
+
+/// A slave that was just started, or searches for the rate, is looked for so long.
+const LOOKS: Duration = Duration::from_secs(10);
+/// Between two looks.
+const LOOK_PAUSE: Duration = Duration::from_millis(50);
+/// A slave checks parameters and configuration so long at most.
+const READY: Duration = Duration::from_secs(5);
+/// Between two diagnoses of a slave that is not ready.
+const READY_PAUSE: Duration = Duration::from_millis(5);
+/// A late reply in any of these counts, where times are seen; elsewhere an operating system may have slept.
+const LATE_UNTIMED: u32 = 3;
+
+impl Table for Bench {
+    const SUBJECT: &'static str = "slave";
+
+    fn groups() -> Vec<Group<Self>> {
+        rows::groups()
+    }
+}
+
+impl Trial for Bench {
+    fn now(&self) -> Instant {
+        self.wire.now()
+    }
+
+    fn take_shown(&mut self) -> Vec<Telegram> {
+        self.shown()
+    }
+
+    fn begin(&mut self) -> Course {
+        self.look()?;
+        let first = self.diag()?;
+        self.ident = match (self.setup.ident, &self.setup.gsd) {
+            (Some(ident), _) => ident,
+            (None, Some(gsd)) => gsd.ident,
+            (None, None) => first.ident(),
+        };
+        self.first = Some(first);
+        self.cfg = match &self.setup.cfg {
+            Some(cfg) => cfg.clone(),
+            None => {
+                let answer = self.serve(self.owner(), Service::GetCfg, &[])?;
+                let Answer::Data(_, cfg) = answer else {
+                    let answer = answer.words();
+                    return broken(format!(
+                        "Get_Cfg is answered with {answer}; give the configuration with cfg="
+                    ));
+                };
+                cfg
+            }
+        };
+        match IoLengths::of(&self.cfg) {
+            Ok(lengths) => self.lengths = lengths,
+            Err(error) => return broken(format!("its configuration is none: {error}")),
+        }
+        self.settle()
+    }
+
+    /// To WAIT-PRM, whoever owns it. What does not lead there is found by the rows about it.
+    fn settle(&mut self) -> Course {
+        for sa in [self.owner(), self.other()] {
+            self.forget_count(sa);
+        }
+        let diagnosis = self.diag()?;
+        if diagnosis.is(DiagBit::PrmReq) && diagnosis.master() == NO_MASTER {
+            return Ok(());
+        }
+        let owner = if diagnosis.master() < 126 { diagnosis.master() } else { self.owner() };
+        let user = self.setup.user_prm();
+        for prm in [Prm::unlock(self.ident, user.clone()), Prm::lock(!self.ident, user)] {
+            self.serve(owner, Service::SetPrm, &prm.octets())?;
+            if self.diag()?.is(DiagBit::PrmReq) {
+                return Ok(());
+            }
+        }
+        self.serve(owner, Service::ChkCfg, &[0x00; 3])?;
+        let diagnosis = self.diag()?;
+        if diagnosis.is(DiagBit::PrmReq) {
+            return Ok(());
+        }
+        broken(format!(
+            "it does not wait for Set_Prm, neither after Unlock nor after a Set_Prm or Chk_Cfg that is wrong: {}",
+            diagnosis.words()
+        ))
+    }
+
+    fn must_end(&self) -> Option<Ending> {
+        let over = |limit: &Duration| self.wire.now().saturating_since(self.begun) >= *limit;
+        if self.wire.is_stopped() {
+            Some(Ending::Stopped)
+        } else {
+            self.setup.limit.as_ref().filter(|limit| over(limit)).map(|_| Ending::TimeOver)
+        }
+    }
+
+    fn noted(&mut self, id: &str) -> Option<(String, Vec<Telegram>)> {
+        let least = if id == "S-T03" && self.wire.sight == Sight::Untimed { LATE_UNTIMED } else { 1 };
+        self.notes.against(id, least)
+    }
+
+    fn never_exchanged(&self) -> Option<String> {
+        self.why_not.clone().filter(|_| !self.exchanged)
+    }
+
+    fn words(&self) -> Vec<(&'static str, String)> {
+        let hex = |octets: &[u8]| octets.iter().map(|octet| format!("{octet:02X}")).collect::<String>();
+        let mut slave = self.slave().to_string();
+        if let Some(gsd) = &self.setup.gsd {
+            slave.push_str(&format!(",gsd={}", gsd.model));
+        }
+        let mut words = vec![
+            ("slave", slave),
+            ("ident", format!("{:04X}", self.ident)),
+            ("cfg", hex(&self.cfg)),
+            ("prm", hex(&self.setup.user_prm())),
+        ];
+        if self.setup.mirror {
+            words.push(("mirror", "1".into()));
+        }
+        if self.wire.sight != Sight::Untimed {
+            words.push(("baud", self.wire.baud.bits_per_second().to_string()));
+        }
+        words.push(("slot", format!("{} ms", self.wire.slot().as_secs_f64() * 1000.0)));
+        words
+    }
+}
+
+impl Bench {
+    /// Asks for its FDL status until it answers.
+    fn look(&mut self) -> Course {
+        let begun = self.wire.now();
+        let status = Request::status(self.slave(), self.owner());
+        loop {
+            if self.ask(&status)? != Answer::Silence {
+                return Ok(());
+            }
+            if self.must_end().is_some() || self.wire.now().saturating_since(begun) >= LOOKS {
+                return Err(Halt::Over(self.must_end().unwrap_or(Ending::NoDevice)));
+            }
+            self.wire.pass(self.wire.now().saturating_add(LOOK_PAUSE))?;
+        }
+    }
+
+    /// What Set_Prm says of a slave that has nothing to be said: lock, no watchdog.
+    pub(in super::super) fn prm(&self) -> Prm {
+        Prm::lock(self.ident, self.setup.user_prm())
+    }
+
+    /// Set_Prm of the owner, acknowledged.
+    pub(in super::super) fn set_prm(&mut self, prm: &Prm) -> Course {
+        self.acknowledged(Service::SetPrm, &prm.octets())?;
+        if prm.min_tsdr >= 11 {
+            self.min_tsdr = prm.min_tsdr.into();
+        }
+        Ok(())
+    }
+
+    /// Chk_Cfg of the owner with its configuration, acknowledged.
+    pub(in super::super) fn chk_cfg(&mut self) -> Course {
+        let cfg = self.cfg.clone();
+        self.acknowledged(Service::ChkCfg, &cfg)
+    }
+
+    /// From WAIT-PRM to data exchange with these parameters.
+    pub(in super::super) fn start_with(&mut self, prm: &Prm) -> Course {
+        self.set_prm(prm)?;
+        let diagnosis = self.diag()?;
+        if diagnosis.is(DiagBit::PrmReq) || diagnosis.is(DiagBit::PrmFault) {
+            return broken(format!("Set_Prm is not accepted: {}", diagnosis.words()));
+        }
+        self.chk_cfg()?;
+        self.ready()?;
+        self.control(0, 0)?;
+        for _ in 0..2 {
+            self.exchanged_zeros()?;
+        }
+        Ok(())
+    }
+
+    /// From WAIT-PRM to data exchange, where every row about it begins: that it comes there is judged by other rows.
+    pub(in super::super) fn start(&mut self) -> Course {
+        let prm = self.prm();
+        self.begin_with(&prm)
+    }
+
+    /// The same with these parameters.
+    pub(in super::super) fn begin_with(&mut self, prm: &Prm) -> Course {
+        match self.start_with(prm) {
+            Ok(()) => Ok(()),
+            Err(Halt::Broken { why, .. }) => {
+                self.why_not.get_or_insert(why.clone());
+                Err(Halt::Missed(format!("data exchange is not reached: {why}")))
+            }
+            Err(halt @ (Halt::Missed(_) | Halt::Inapplicable(_) | Halt::Over(_))) => Err(halt),
+        }
+    }
+
+    /// Polls the diagnosis until the slave is ready.
+    pub(in super::super) fn ready(&mut self) -> Course<Diagnosis> {
+        let begun = self.wire.now();
+        loop {
+            let diagnosis = self.diag()?;
+            let faults = [DiagBit::CfgFault, DiagBit::PrmFault, DiagBit::PrmReq];
+            if faults.iter().any(|bit| diagnosis.is(*bit)) {
+                return broken(format!("Chk_Cfg is not accepted: {}", diagnosis.words()));
+            }
+            if !diagnosis.is(DiagBit::StationNotReady) && !diagnosis.is(DiagBit::StatDiag) {
+                return Ok(diagnosis);
+            }
+            if self.wire.now().saturating_since(begun) >= READY {
+                return broken(format!(
+                    "it is not ready {} s after Chk_Cfg: {}",
+                    READY.as_secs(),
+                    diagnosis.words()
+                ));
+            }
+            self.wire.pass(self.wire.now().saturating_add(READY_PAUSE))?;
+        }
+    }
+
+    /// Outputs of zeros.
+    pub(in super::super) fn zeros(&self) -> Vec<u8> {
+        vec![0; self.lengths.outputs.into()]
+    }
+
+    /// Data_Exchange with zeros, which must give the inputs.
+    pub(in super::super) fn exchanged_zeros(&mut self) -> Course<Vec<u8>> {
+        let outputs = self.zeros();
+        self.exchanged(&outputs)
+    }
+
+    /// Data_Exchange with these outputs: the inputs.
+    pub(in super::super) fn exchanged(&mut self, outputs: &[u8]) -> Course<Vec<u8>> {
+        let answer = self.serve(self.owner(), Service::DataExchange, outputs)?;
+        self.inputs_of(answer).map(|(_, inputs)| inputs)
+    }
+
+    /// What an answer to Data_Exchange says: its status, DL or DH, and the inputs.
+    pub(in super::super) fn inputs_of(&mut self, answer: Answer) -> Course<(ReplyStatus, Vec<u8>)> {
+        let expected = usize::from(self.lengths.inputs);
+        let said = match answer {
+            Answer::Acknowledged if expected == 0 => (ReplyStatus::DataLow, Vec::new()),
+            Answer::Status(status @ (ReplyStatus::DataHigh | ReplyStatus::DataLow)) if expected == 0 => {
+                (status, Vec::new())
+            }
+            Answer::Data(status @ (ReplyStatus::DataLow | ReplyStatus::DataHigh), inputs)
+                if inputs.len() == expected =>
+            {
+                (status, inputs)
+            }
+            Answer::Silence
+            | Answer::Acknowledged
+            | Answer::Status(_)
+            | Answer::Data(..)
+            | Answer::Wrong(_) => {
+                return broken(format!(
+                    "Data_Exchange is answered with {}, expected {}",
+                    answer.words(),
+                    if expected == 0 { "SC".into() } else { format!("DL with {expected} octets") }
+                ));
+            }
+        };
+        self.exchanged = true;
+        Ok(said)
+    }
+
+    /// It waits for Set_Prm, owned by nobody.
+    pub(in super::super) fn waits_for_prm(&mut self, after: &str) -> Course<Diagnosis> {
+        let diagnosis = self.diag()?;
+        if diagnosis.is(DiagBit::PrmReq) {
+            Ok(diagnosis)
+        } else {
+            broken(format!("after {after} it does not wait for Set_Prm: {}", diagnosis.words()))
+        }
+    }
+
+    /// Data exchange goes on.
+    pub(in super::super) fn still_exchanges(&mut self, after: &str) -> Course {
+        let outputs = self.zeros();
+        let answer = self.serve(self.owner(), Service::DataExchange, &outputs)?;
+        match self.inputs_of(answer) {
+            Ok(_) => Ok(()),
+            Err(Halt::Broken { why, shown }) => {
+                Err(Halt::Broken { why: format!("after {after}, {why}"), shown })
+            }
+            Err(halt @ (Halt::Missed(_) | Halt::Inapplicable(_) | Halt::Over(_))) => Err(halt),
+        }
+    }
+
+    /// The octets of a diagnosis in front of the extended one.
+    pub(in super::super) fn head(diagnosis: &Diagnosis) -> &[u8] {
+        diagnosis.0.get(..DIAG_LEN).unwrap_or_default()
+    }
+}

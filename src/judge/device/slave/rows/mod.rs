@@ -1,0 +1,30 @@
+//! The table of slaves (`docs/reference/dp-v0.md` 13), group by group.
+
+use super::Bench;
+use crate::judge::device::row::{By, Entry, Group};
+use crate::judge::requirement::Confidence;
+
+mod framing;
+mod start_up;
+
+/// Every group, in the order of the table.
+pub(super) fn groups() -> Vec<Group<Bench>> {
+    vec![framing::GROUP, start_up::GROUP]
+}
+
+/// A mandatory row of confidence B.
+const fn row(
+    id: &'static str,
+    text: &'static str,
+    rule: &'static str,
+    needs: &'static [&'static str],
+    by: By<Bench>,
+) -> Entry<Bench> {
+    Entry { id, priority: 1, confidence: Confidence::B, text, rule, needs, by }
+}
+
+/// The same row, expected but not mandatory, as sure as this.
+const fn softer(entry: Entry<Bench>, priority: u8, confidence: Confidence) -> Entry<Bench> {
+    let Entry { id, text, rule, needs, by, .. } = entry;
+    Entry { id, priority, confidence, text, rule, needs, by }
+}

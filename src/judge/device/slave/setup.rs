@@ -1,0 +1,78 @@
+//! What is known of the slave under test.
+
+use core::time::Duration;
+
+use super::wire::Sight;
+use crate::gsd::Gsd;
+use crate::profibus::fdl::Address;
+
+/// The slave under test, and how it is judged.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// Its address.
+    pub address: Address,
+    /// Its ident number; `None`: it says it itself.
+    pub ident: Option<u16>,
+    /// Its configuration, as Chk_Cfg has it; `None`: that of Get_Cfg.
+    pub cfg: Option<Vec<u8>>,
+    /// The user parameters of Set_Prm, DPV1_Status included; `None`: those of its device file, else none.
+    pub prm: Option<Vec<u8>>,
+    /// Its device file.
+    pub gsd: Option<Box<Gsd>>,
+    /// Its modules, places in [`Gsd::modules`]; empty: as Get_Cfg says.
+    pub modules: Vec<usize>,
+    /// Its inputs follow its outputs.
+    pub mirror: bool,
+    /// The master that owns it while it is judged.
+    pub owner: Address,
+    /// T_SL; `None`: the customary one of the rate.
+    pub slot: Option<Duration>,
+    /// Whether what takes long is left out.
+    pub quick: bool,
+    /// The whole may take so long.
+    pub limit: Option<Duration>,
+    /// How far times can be trusted, on a link of the operating system.
+    pub sight: Sight,
+}
+
+/// The owner where nobody says which.
+const OWNER: u8 = 2;
+
+impl Setup {
+    /// A slave of which nothing is known but its address: it says its ident number and configuration itself.
+    pub fn new(address: Address) -> Self {
+        let owner = if address.number() == OWNER { OWNER + 1 } else { OWNER };
+        Self {
+            address,
+            ident: None,
+            cfg: None,
+            prm: None,
+            gsd: None,
+            modules: Vec::new(),
+            mirror: false,
+            owner: Address::from_octet(owner),
+            slot: None,
+            quick: false,
+            limit: None,
+            sight: Sight::Untimed,
+        }
+    }
+
+    /// The address of another master.
+    pub(super) fn other(&self) -> u8 {
+        let taken = [self.address.number(), self.owner.number()];
+        (1..=5).rev().find(|address| !taken.contains(address)).unwrap_or(1)
+    }
+
+    /// An address at which nobody is.
+    pub(super) fn nobody(&self) -> u8 {
+        let taken = [self.address.number(), self.owner.number(), self.other()];
+        (100..=125).rev().find(|address| !taken.contains(address)).unwrap_or(125)
+    }
+
+    /// The user parameters that are sent.
+    pub(super) fn user_prm(&self) -> Vec<u8> {
+        let of_file = || self.gsd.as_ref().map(|gsd| gsd.default_user_prm(&self.modules));
+        self.prm.clone().or_else(of_file).unwrap_or_default()
+    }
+}
