@@ -9,18 +9,19 @@ use profidrive::profibus::fdl::Address;
 use profidrive::time::BaudRate;
 
 /// The slave of most tests: two words in and out.
-pub fn station() -> Station<Fixed<'static>> {
+pub(crate) fn station() -> Station<Fixed<'static>> {
     let description = Description { ident: 0x1234, sync_mode: true, freeze_mode: true, ..Description::PLAIN };
     let application = Fixed { configurations: &[&[0x21, 0x11]], ..Fixed::PLAIN };
     Station::new(Address::station(5).unwrap(), BaudRate::K500, None, description, application)
 }
 
 /// Judges what is on a line of its own.
-pub fn judged(station: impl Participant, wanted: &[Row]) -> Report {
+pub(crate) fn judged(station: impl Participant, wanted: &[Row]) -> Report {
     let port = Port::new(BaudRate::K500);
     let address = station.address();
     port.line(|line| line.add(station).unwrap());
-    simulated(&port, Setup::new(address), wanted, None).unwrap()
+    let setup = Setup { moves_allowed: true, ..Setup::new(address) };
+    simulated(&port, setup, wanted, None).unwrap()
 }
 
 fn failed(report: &Report) -> Vec<&'static str> {

@@ -15,15 +15,19 @@ use crate::profibus::dp::{IoLengths, Service};
 use crate::profibus::fdl::{Address, FrameCount, ReplyStatus, Service as FdlService};
 use crate::time::Instant;
 
+mod hands;
 mod prm;
 mod start;
 
-pub(super) use prm::Prm;
+pub(super) use hands::{CLEAR, FREEZE_COMMAND, SYNC_COMMAND, UNFREEZE_COMMAND, UNSYNC_COMMAND};
+pub(super) use prm::{FREEZE, LOCK, Prm, SYNC, UNLOCK};
 
 /// Octets of Slave_Diag in front of the extended diagnosis.
 pub(super) const DIAG_LEN: usize = 6;
 /// Telegrams that are shown of one row at most: the last ones.
 const SHOWN: usize = 24;
+/// An operating system may sleep now and then: so many late replies count where no times are seen.
+const LATE_UNTIMED: u32 = 3;
 /// Probes of a slave that no longer answers.
 const PROBES: u32 = 3;
 
@@ -45,6 +49,8 @@ pub struct Bench {
     pub(super) last_reply: Vec<u8>,
     /// min T_SDR as it was set last, in bit times.
     pub(super) min_tsdr: u16,
+    /// What the outputs are while the inputs follow them.
+    pub(super) frozen_outputs: Option<u8>,
     begun: Instant,
     exchanged: bool,
     why_not: Option<String>,
@@ -74,6 +80,7 @@ impl Bench {
             first: None,
             last_reply: Vec::new(),
             min_tsdr: 11,
+            frozen_outputs: None,
             begun,
             exchanged: false,
             why_not: None,
@@ -236,6 +243,20 @@ impl Bench {
         self.attendant.is_some()
     }
 
+    /// A row that was watched while others were judged.
+    pub(super) fn watched(&mut self, id: &'static str, nothing: &str) -> Course {
+        match self.notes.against(id, self.least(id)) {
+            Some((why, shown)) => Err(Halt::Broken { why, shown: Some(shown) }),
+            None if self.notes.occasions(id) == 0 => Err(Halt::Missed(nothing.into())),
+            None => Ok(()),
+        }
+    }
+
+    /// How often a row must be broken to count.
+    pub(super) fn least(&self, id: &str) -> u32 {
+        if id == "S-T03" && self.wire.sight == Sight::Untimed { LATE_UNTIMED } else { 1 }
+    }
+
     /// What passed since it was taken.
     pub(super) fn shown(&mut self) -> Vec<Telegram> {
         let mut moments: Vec<Moment> = self.wire.take_passed();
@@ -324,7 +345,7 @@ impl Bench {
             DiagBit::Deactivated,
         ];
         let telegrams = self.last_shown();
-        for row in ["S-D08", "S-D09", "S-D02"] {
+        for row in ["S-D07", "S-D08", "S-D09", "S-K03"] {
             self.notes.occasion(row);
         }
         if let Some(bit) = OF_MASTERS.iter().find(|bit| diagnosis.is(**bit)) {
@@ -334,9 +355,38 @@ impl Bench {
         if !diagnosis.is(DiagBit::Always1) {
             self.notes.breach("S-D09", || ("octet 2 bit 2 is 0".into(), telegrams.clone()));
         }
+        if let Some(why) = wrong_block(diagnosis.0.get(DIAG_LEN..).unwrap_or_default()) {
+            self.notes.breach("S-D07", || (why, telegrams.clone()));
+        }
+        let most = self.setup.gsd.as_ref().map(|gsd| usize::from(gsd.max_diag_len));
+        if let Some(most) = most.filter(|most| diagnosis.0.len() > *most) {
+            let why = format!("a diagnosis has {} octets, Max_Diag_Data_Len is {most}", diagnosis.0.len());
+            self.notes.breach("S-K03", || (why, telegrams.clone()));
+        }
         if status != ReplyStatus::DataLow {
             let why = format!("Slave_Diag is answered with {}, expected DL", short(status));
             self.notes.breach("S-D02", || (why, telegrams));
         }
     }
+}
+
+/// What is wrong with the blocks of an extended diagnosis.
+fn wrong_block(octets: &[u8]) -> Option<String> {
+    let mut rest = octets;
+    while let [header, ..] = rest {
+        let len = match header >> 6 {
+            0 | 1 => usize::from(header & 0x3F),
+            2 => 3,
+            _ => 1,
+        };
+        let at = octets.len() - rest.len() + DIAG_LEN + 1;
+        if len == 0 || len > rest.len() {
+            return Some(format!(
+                "the block at octet {at} has the header {header:02X}, and {} octets follow",
+                rest.len() - 1
+            ));
+        }
+        rest = rest.get(len..).unwrap_or_default();
+    }
+    None
 }

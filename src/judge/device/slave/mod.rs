@@ -20,7 +20,7 @@ mod setup;
 mod wire;
 
 pub use bench::Bench;
-pub use run::{live, simulated};
+pub use run::{Live, live, simulated};
 pub use setup::Setup;
 pub use wire::Sight;
 

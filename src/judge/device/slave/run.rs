@@ -8,19 +8,35 @@ use crate::judge::Progress;
 use crate::judge::device::{Attendant, play};
 use crate::time::BaudRate;
 
-/// Judges the slave behind `link` by these rows until it is over or `stop` is requested. `told` gets what is tried.
+/// A line of the operating system.
+pub struct Live {
+    /// Its octets.
+    pub link: Box<dyn Link>,
+    /// The clock of their times.
+    pub clock: Box<dyn Clock>,
+    /// How far these can be trusted. [`Sight::Exact`] is for virtual time.
+    pub sight: Sight,
+    /// Its rate, as far as there is one.
+    pub rate: BaudRate,
+    /// Ends the judgement when it is requested.
+    pub stop: Stop,
+}
+
+impl core::fmt::Debug for Live {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Live").field("sight", &self.sight).field("rate", &self.rate).finish_non_exhaustive()
+    }
+}
+
+/// Judges the slave on a line by these rows. `told` gets what is tried.
 pub fn live(
     setup: Setup,
     wanted: &[Row],
-    link: Box<dyn Link>,
-    clock: Box<dyn Clock>,
-    rate: BaudRate,
-    stop: Stop,
+    line: Live,
     attendant: Option<Box<dyn Attendant>>,
     told: &mut dyn FnMut(&Progress),
 ) -> Report {
-    let sight = if setup.sight == Sight::Exact { Sight::Untimed } else { setup.sight };
-    let wire = Wire::live(link, clock, stop, rate, sight, setup.slot);
+    let wire = Wire::live(line, setup.slot);
     play::run(&mut Bench::new(setup, wire, attendant), wanted, told)
 }
 

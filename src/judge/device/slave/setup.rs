@@ -2,7 +2,6 @@
 
 use core::time::Duration;
 
-use super::wire::Sight;
 use crate::gsd::Gsd;
 use crate::profibus::fdl::Address;
 
@@ -27,12 +26,12 @@ pub struct Setup {
     pub owner: Address,
     /// T_SL; `None`: the customary one of the rate.
     pub slot: Option<Duration>,
+    /// Outputs other than zero may be sent, and its address may be changed.
+    pub moves_allowed: bool,
     /// Whether what takes long is left out.
     pub quick: bool,
     /// The whole may take so long.
     pub limit: Option<Duration>,
-    /// How far times can be trusted, on a link of the operating system.
-    pub sight: Sight,
 }
 
 /// The owner where nobody says which.
@@ -52,9 +51,9 @@ impl Setup {
             mirror: false,
             owner: Address::from_octet(owner),
             slot: None,
+            moves_allowed: false,
             quick: false,
             limit: None,
-            sight: Sight::Untimed,
         }
     }
 

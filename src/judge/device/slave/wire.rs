@@ -2,6 +2,7 @@
 
 use core::time::Duration;
 
+use super::Live;
 use crate::bench;
 use crate::host::{Clock, Link, Received, Stop};
 use crate::judge::device::Ending;
@@ -72,15 +73,9 @@ pub(super) struct Heard {
 }
 
 impl Wire {
-    /// A link of the operating system.
-    pub(super) fn live(
-        link: Box<dyn Link>,
-        clock: Box<dyn Clock>,
-        stop: Stop,
-        baud: BaudRate,
-        sight: Sight,
-        slot: Option<Duration>,
-    ) -> Self {
+    /// A line of the operating system.
+    pub(super) fn live(line: Live, slot: Option<Duration>) -> Self {
+        let Live { link, clock, sight, rate: baud, stop } = line;
         let customary = match sight {
             Sight::Untimed => UNTIMED_SLOT,
             Sight::Exact => baud.bit_times(baud.slot_bits().into()),
@@ -105,7 +100,7 @@ impl Wire {
     pub(super) fn simulated(port: &bench::Port, stop: Stop) -> Self {
         let (baud, slot) = port.line(|line| (line.baud(), line.slot_time()));
         let (link, clock) = (Box::new(port.clone()), Box::new(port.clone()));
-        Self::live(link, clock, stop, baud, Sight::Exact, Some(slot))
+        Self::live(Live { link, clock, sight: Sight::Exact, rate: baud, stop }, Some(slot))
     }
 
     pub(super) fn now(&self) -> Instant {

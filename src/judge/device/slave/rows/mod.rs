@@ -4,12 +4,39 @@ use super::Bench;
 use crate::judge::device::row::{By, Entry, Group};
 use crate::judge::requirement::Confidence;
 
+mod addressing;
+mod configuration;
+mod control;
+mod counting;
+mod device_file;
+mod diagnosis;
+mod exchange;
 mod framing;
+mod parameters;
+mod requests;
+mod several;
 mod start_up;
+mod timing;
+mod watchdog;
 
 /// Every group, in the order of the table.
 pub(super) fn groups() -> Vec<Group<Bench>> {
-    vec![framing::GROUP, start_up::GROUP]
+    vec![
+        start_up::GROUP,
+        framing::GROUP,
+        requests::GROUP,
+        counting::GROUP,
+        parameters::GROUP,
+        configuration::GROUP,
+        diagnosis::GROUP,
+        exchange::GROUP,
+        control::GROUP,
+        addressing::GROUP,
+        watchdog::GROUP,
+        timing::GROUP,
+        several::GROUP,
+        device_file::GROUP,
+    ]
 }
 
 /// A mandatory row of confidence B.

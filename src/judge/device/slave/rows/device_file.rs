@@ -1,0 +1,282 @@
+//! What the device file promises, tried.
+
+use super::{row, softer};
+use crate::gsd::Gsd;
+use crate::judge::device::course::{Course, broken, inapplicable};
+use crate::judge::device::row::{By, Group};
+use crate::judge::device::slave::Bench;
+use crate::judge::device::slave::bench::{
+    FREEZE, FREEZE_COMMAND, SYNC, SYNC_COMMAND, UNFREEZE_COMMAND, UNSYNC_COMMAND,
+};
+use crate::judge::device::slave::wire::Sight;
+use crate::judge::requirement::Confidence::{B, C};
+use crate::profibus::dp::{DiagBit, IoLengths, Service};
+use crate::profibus::fdl::ReplyStatus;
+use core::time::Duration;
+
+pub(super) const GROUP: Group<Bench> = Group {
+    title: "Device file",
+    rows: &[
+        row(
+            "S-K01",
+            "Ident_Number is that of the diagnosis",
+            "the slave says the ident number of its file (14)",
+            &[],
+            By::Trial(k01),
+        ),
+        row(
+            "S-K02",
+            "the configuration is made of identifiers of the file, within Max_Input_Len, Max_Output_Len and Max_Data_Len",
+            "the slave takes its limits from its file, so that both agree (14)",
+            &["S-X01"],
+            By::Trial(k02),
+        ),
+        row(
+            "S-K03",
+            "no diagnosis is longer than Max_Diag_Data_Len",
+            "Slave_Diag has 6 to 244 octets, capped by Max_Diag_Data_Len (6.2)",
+            &[],
+            By::Watching(k03),
+        ),
+        softer(
+            row(
+                "S-K04",
+                "Data_Exchange every Min_Slave_Intervall gives new inputs each time",
+                "Min_Slave_Intervall: the least time between two Data_Exchange to the same slave (9)",
+                &["S-X01"],
+                By::Trial(k04),
+            ),
+            2,
+            B,
+        ),
+        row(
+            "S-K05",
+            "Sync_Mode_supp and Freeze_Mode_supp: Set_Prm accepts them, and the diagnosis shows the mode",
+            "Sync and Freeze that the file promises are carried out (6.3, 14)",
+            &["S-X01"],
+            By::Trial(k05),
+        ),
+        row(
+            "S-K06",
+            "without Fail_Safe in the file, Data_Exchange without outputs is a wrong length",
+            "a slave without Fail_Safe treats the empty frame as a wrong length (6.3)",
+            &["S-X02"],
+            By::Trial(k06),
+        ),
+        row(
+            "S-K07",
+            "Set_Slave_Add_supp: the service is there",
+            "with Set_Slave_Add_supp the SAP is open in WAIT-PRM (6.4, 14)",
+            &[],
+            By::Trial(k07),
+        ),
+        row(
+            "S-K08",
+            "the rate at which it is judged is one of the file",
+            "<rate>_supp (14)",
+            &[],
+            By::Trial(k08),
+        ),
+        softer(
+            row(
+                "S-K09",
+                "each configuration of modules of the file that is tried is accepted",
+                "a modular slave checks each module against what is plugged (6.1)",
+                &["S-G01"],
+                By::Trial(k09),
+            ),
+            2,
+            C,
+        ),
+    ],
+};
+
+fn file(bench: &Bench) -> Course<Box<Gsd>> {
+    match &bench.setup.gsd {
+        Some(gsd) => Ok(gsd.clone()),
+        None => inapplicable("needs the device file: gsd="),
+    }
+}
+
+fn k01(bench: &mut Bench) -> Course {
+    let gsd = file(bench)?;
+    let diagnosis = bench.diag()?;
+    if diagnosis.ident() == gsd.ident {
+        return Ok(());
+    }
+    broken(format!("the diagnosis has {:04X}, the file {:04X}", diagnosis.ident(), gsd.ident))
+}
+
+fn k02(bench: &mut Bench) -> Course {
+    let gsd = file(bench)?;
+    let mut rest = &bench.cfg[..];
+    while !rest.is_empty() {
+        let mut ids: Vec<&[u8]> = gsd.modules.iter().map(|module| &module.identifiers[..]).collect();
+        ids.push(&[0x00]);
+        let longest = ids
+            .into_iter()
+            .filter(|ids| !ids.is_empty() && rest.starts_with(ids))
+            .max_by_key(|ids| ids.len());
+        let Some(ids) = longest else {
+            return broken(format!(
+                "its configuration has {}, which is no module of the file",
+                crate::explain::hex(rest)
+            ));
+        };
+        rest = rest.get(ids.len()..).unwrap_or_default();
+    }
+    let IoLengths { inputs, outputs } = bench.lengths;
+    let (inputs, outputs) = (u16::from(inputs), u16::from(outputs));
+    for (keyword, most, got) in [
+        ("Max_Input_Len", gsd.max_input_len, inputs),
+        ("Max_Output_Len", gsd.max_output_len, outputs),
+        ("Max_Data_Len", gsd.max_data_len, inputs + outputs),
+    ] {
+        if let Some(most) = most.filter(|most| gsd.is_modular() && got > *most) {
+            return broken(format!("{keyword} is {most}, and {got} octets are exchanged"));
+        }
+    }
+    Ok(())
+}
+
+fn k03(bench: &mut Bench) -> Course {
+    file(bench)?;
+    bench.watched("S-K03", "no diagnosis was read")
+}
+
+/// How often it is exchanged.
+const EXCHANGES: u8 = 50;
+
+fn k04(bench: &mut Bench) -> Course {
+    let gsd = file(bench)?;
+    if bench.wire.sight == Sight::Untimed {
+        return inapplicable("needs a real line or virtual time: no bit times are seen on this link");
+    }
+    if !bench.setup.mirror || bench.lengths.inputs == 0 {
+        return inapplicable("needs a slave whose inputs follow its outputs: mirror");
+    }
+    bench.may_set_outputs()?;
+    bench.start()?;
+    let interval = Duration::from_micros(100) * u32::from(gsd.min_slave_interval);
+    let mut before: Option<u8> = None;
+    for seed in 1..=EXCHANGES {
+        let pattern = bench.pattern(seed);
+        let begun = bench.wire.now();
+        let inputs = bench.exchanged(&pattern)?;
+        // What was sent last time, or this time already.
+        let seen = inputs.first().copied();
+        if before.is_some_and(|before| ![Some(before), Some(seed)].contains(&seen)) {
+            return broken(format!(
+                "every {} us the inputs are older than the outputs of the exchange before",
+                interval.as_micros()
+            ));
+        }
+        before = Some(seed);
+        bench.wire.pass(begun.saturating_add(interval))?;
+    }
+    let zeros = bench.zeros();
+    bench.exchanged(&zeros).map(|_| ())
+}
+
+fn k05(bench: &mut Bench) -> Course {
+    let gsd = file(bench)?;
+    if !gsd.flags.sync && !gsd.flags.freeze {
+        return inapplicable("the file has neither Sync_Mode_supp nor Freeze_Mode_supp");
+    }
+    for (promised, bits, on, off, bit, keyword) in [
+        (gsd.flags.sync, SYNC, SYNC_COMMAND, UNSYNC_COMMAND, DiagBit::SyncMode, "Sync_Mode_supp"),
+        (gsd.flags.freeze, FREEZE, FREEZE_COMMAND, UNFREEZE_COMMAND, DiagBit::FreezeMode, "Freeze_Mode_supp"),
+    ] {
+        if !promised {
+            continue;
+        }
+        let prm = bench.prm().with(bits);
+        bench.set_prm(&prm)?;
+        let diagnosis = bench.diag()?;
+        if diagnosis.is(DiagBit::NotSupported) || diagnosis.is(DiagBit::PrmFault) {
+            return broken(format!("{keyword} = 1, and the diagnosis says {}", diagnosis.words()));
+        }
+        bench.chk_cfg()?;
+        bench.ready()?;
+        bench.exchanged_zeros()?;
+        for (command, expected) in [(on, true), (off, false)] {
+            bench.control(command, 0)?;
+            let diagnosis = bench.diag()?;
+            if diagnosis.is(bit) != expected {
+                return broken(format!(
+                    "{keyword} = 1, and {} is {} after the command {command:02X}",
+                    bit.name(),
+                    u8::from(diagnosis.is(bit))
+                ));
+            }
+        }
+        bench.release()?;
+    }
+    Ok(())
+}
+
+fn k06(bench: &mut Bench) -> Course {
+    let gsd = file(bench)?;
+    if gsd.flags.fail_safe || gsd.flags.fail_safe_required {
+        return inapplicable("the file has Fail_Safe");
+    }
+    if bench.lengths.outputs == 0 {
+        return inapplicable("the slave has no outputs");
+    }
+    bench.start()?;
+    bench.serve(bench.owner(), Service::DataExchange, &[])?;
+    bench.waits_for_prm("a Data_Exchange without outputs").map(|_| ())
+}
+
+fn k07(bench: &mut Bench) -> Course {
+    let gsd = file(bench)?;
+    if !gsd.flags.set_slave_add {
+        return inapplicable("the file has no Set_Slave_Add_supp");
+    }
+    let [high, low] = (!bench.ident).to_be_bytes();
+    let data = [bench.slave(), high, low, 0];
+    let answer = bench.serve(bench.owner(), Service::SetSlaveAdd, &data)?;
+    if answer.is_status(ReplyStatus::NotActivated) {
+        return broken("Set_Slave_Add_supp = 1, and the service is answered with RS");
+    }
+    Ok(())
+}
+
+fn k08(bench: &mut Bench) -> Course {
+    let gsd = file(bench)?;
+    if bench.wire.sight == Sight::Untimed {
+        return inapplicable("there is no rate on this link");
+    }
+    if gsd.rates.contains(bench.wire.baud) {
+        return Ok(());
+    }
+    broken(format!("it answers at {}, which the file does not have", bench.wire.baud))
+}
+
+/// So many modules are tried one by one.
+const MODULES: usize = 12;
+
+fn k09(bench: &mut Bench) -> Course {
+    let gsd = file(bench)?;
+    if !gsd.is_modular() || !bench.setup.modules.is_empty() {
+        return inapplicable("the slave has the modules that it has");
+    }
+    let one = |bench: &mut Bench, place: usize, cfg: &[u8]| -> Course {
+        let user = gsd.default_user_prm(&[place]);
+        let prm = crate::judge::device::slave::bench::Prm::lock(bench.ident, user);
+        bench.set_prm(&prm)?;
+        bench.acknowledged(Service::ChkCfg, cfg)?;
+        bench.ready().map(|_| ())
+    };
+    let usable = gsd.modules.iter().enumerate().filter(|(_, module)| !module.safety);
+    for (place, module) in usable.take(MODULES) {
+        if let Err(crate::judge::device::course::Halt::Broken { why, shown }) =
+            one(bench, place, &module.identifiers)
+        {
+            let why = format!("module '{}': {why}", module.name);
+            return Err(crate::judge::device::course::Halt::Broken { why, shown });
+        }
+        bench.release()?;
+    }
+    Ok(())
+}

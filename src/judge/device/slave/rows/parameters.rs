@@ -1,0 +1,444 @@
+//! Set_Prm: what is accepted, what is refused, who may.
+
+use super::{row, softer};
+use crate::judge::device::course::{Course, broken, inapplicable};
+use crate::judge::device::row::{By, Group};
+use crate::judge::device::slave::Bench;
+use crate::judge::device::slave::answer::{Answer, NO_MASTER};
+use crate::judge::device::slave::bench::{FREEZE, LOCK, Prm, SYNC, UNLOCK};
+use crate::judge::device::slave::wire::Sight;
+use crate::judge::requirement::Confidence::{A, B, U};
+use crate::profibus::dp::{DiagBit, Service};
+use core::time::Duration;
+
+pub(super) const GROUP: Group<Bench> = Group {
+    title: "Set_Prm",
+    rows: &[
+        row(
+            "S-P02",
+            "a wrong ident number: SC, then Prm_Fault, Prm_Req and no master, also in data exchange",
+            "ident wrong: Prm_Fault = 1, to WAIT-PRM; the reply is SC in all cases (5.2 step 5)",
+            &["S-X01"],
+            By::Trial(p02),
+        ),
+        row(
+            "S-P03",
+            "a wrong length: SC, then Prm_Fault",
+            "fewer than 7 octets, or user parameters of a wrong length: Prm_Fault = 1 (5.2 steps 1 and 9)",
+            &["S-P01"],
+            By::Trial(p03),
+        ),
+        softer(
+            row(
+                "S-P04",
+                "Unlock releases the slave, with and without Lock; neither bit leaves it as it is",
+                "01 and 11: released, unlock wins; 00: only min T_SDR may change (5.2)",
+                &["S-X01"],
+                By::Trial(p04),
+            ),
+            1,
+            A,
+        ),
+        softer(
+            row(
+                "S-P05",
+                "neither Lock nor Unlock, another ident number: data exchange goes on",
+                "00 is carried out even when the ident number does not match, and changes min T_SDR only (5.2)",
+                &["S-X01"],
+                By::Trial(p05),
+            ),
+            1,
+            A,
+        ),
+        row(
+            "S-P06",
+            "min T_SDR 0: the one before is kept",
+            "octet 4: 0 = leave as it is (5.1)",
+            &["S-X01"],
+            By::Trial(p06),
+        ),
+        softer(
+            row(
+                "S-P07",
+                "min T_SDR up to max T_SDR: no reply comes earlier",
+                "the slave starts its reply at or after min T_SDR (1.1)",
+                &["S-X01"],
+                By::Trial(p07),
+            ),
+            2,
+            B,
+        ),
+        row(
+            "S-P08",
+            "Set_Prm of another master while it is locked: nothing changes for its master",
+            "locked by a different master: no effect on state or parameters (5.2 step 2)",
+            &["S-X01"],
+            By::Trial(p08),
+        ),
+        row(
+            "S-P09",
+            "another master is accepted after Unlock",
+            "after unlock the new Set_Prm of any master is taken (5.2)",
+            &["S-P04"],
+            By::Trial(p09),
+        ),
+        row(
+            "S-P10",
+            "the same Set_Prm twice, in data exchange too: no fault",
+            "valid content again from the owner must raise no diagnosis (5.2)",
+            &["S-X01"],
+            By::Trial(p10),
+        ),
+        row(
+            "S-P11",
+            "Set_Prm of two masters one right after the other: the first keeps it, without fault",
+            "two masters in quick succession must leave a sane slave, the first owner stays (5.2)",
+            &["S-P01"],
+            By::Trial(p11),
+        ),
+        softer(
+            row(
+                "S-P12",
+                "Sync_Req or Freeze_Req to a slave that has neither: Not_Supported",
+                "Sync_Req or Freeze_Req but unsupported: Not_Supported = 1 (5.2 step 7)",
+                &["S-P01"],
+                By::Trial(p12),
+            ),
+            2,
+            B,
+        ),
+        softer(
+            row(
+                "S-P13",
+                "reserved bits of Station_Status: Prm_Fault",
+                "bits 2 to 0 must be 0; controllers of slaves check it unless told not to (5.1)",
+                &["S-P01"],
+                By::Trial(p13),
+            ),
+            2,
+            U,
+        ),
+        softer(
+            row(
+                "S-P14",
+                "watchdog on with a factor of zero: Prm_Fault",
+                "WD_On and a factor of 0: parameter fault (5.1)",
+                &["S-P01"],
+                By::Trial(p14),
+            ),
+            2,
+            U,
+        ),
+        row(
+            "S-P15",
+            "a good Set_Prm after a wrong one clears Prm_Fault",
+            "all good: Prm_Req = 0, Prm_Fault = 0 (5.2 step 10)",
+            &["S-P02"],
+            By::Trial(p15),
+        ),
+        row(
+            "S-P16",
+            "Group_Ident is taken over with Lock only",
+            "octet 7 is taken over only when Lock_Req is set (5.1)",
+            &["S-S05"],
+            By::Trial(p16),
+        ),
+        softer(
+            row(
+                "S-P17",
+                "WD_Base of DPV1_Status: the watchdog counts in milliseconds",
+                "with WD_Base = 1 the unit of the watchdog is 1 ms (5.1)",
+                &["S-W01"],
+                By::Trial(p17),
+            ),
+            2,
+            B,
+        ),
+    ],
+};
+
+/// Set_Prm leads to Prm_Fault, and the slave waits for another one.
+fn is_fault(bench: &mut Bench, what: &str) -> Course {
+    let diagnosis = bench.waits_for_prm(what)?;
+    if !diagnosis.is(DiagBit::PrmFault) {
+        return broken(format!("Prm_Fault is 0 after {what}: {}", diagnosis.words()));
+    }
+    if diagnosis.master() != NO_MASTER {
+        return broken(format!("Master_Add is {} after {what}, expected 255", diagnosis.master()));
+    }
+    Ok(())
+}
+
+fn p02(bench: &mut Bench) -> Course {
+    let wrong = Prm { ident: !bench.ident, ..bench.prm() };
+    bench.set_prm(&wrong)?;
+    is_fault(bench, "a Set_Prm with another ident number")?;
+    bench.must_start()?;
+    bench.set_prm(&wrong)?;
+    is_fault(bench, "a Set_Prm with another ident number in data exchange")
+}
+
+fn p03(bench: &mut Bench) -> Course {
+    let right = bench.prm().octets();
+    let short = right.get(..6).unwrap_or_default().to_vec();
+    bench.acknowledged(Service::SetPrm, &short)?;
+    is_fault(bench, "a Set_Prm of 6 octets")?;
+    let Some(gsd) = bench.setup.gsd.clone() else { return Ok(()) };
+    let (least, most) = gsd.user_prm_lengths();
+    if least > 0 && !bench.setup.user_prm().is_empty() {
+        let octets = right.get(..7 + usize::from(least) - 1).unwrap_or_default().to_vec();
+        bench.acknowledged(Service::SetPrm, &octets)?;
+        is_fault(bench, &format!("a Set_Prm with {} octets of user parameters", least - 1))?;
+    }
+    // Many files that have no parameters are of slaves that take any.
+    if most > 0 && most < 237 {
+        let mut octets = right;
+        octets.resize(7 + usize::from(most) + 1, 0);
+        bench.acknowledged(Service::SetPrm, &octets)?;
+        is_fault(bench, &format!("a Set_Prm with {} octets of user parameters", most + 1))?;
+    }
+    Ok(())
+}
+
+fn p04(bench: &mut Bench) -> Course {
+    bench.start()?;
+    let (ident, user) = (bench.ident, bench.setup.user_prm());
+    let none = Prm { status: 0, ..Prm::lock(ident, user.clone()) };
+    bench.set_prm(&none)?;
+    bench.still_exchanges("a Set_Prm with neither Lock nor Unlock")?;
+    for bits in [UNLOCK, LOCK | UNLOCK] {
+        let prm = Prm { status: bits, ..Prm::unlock(ident, user.clone()) };
+        bench.set_prm(&prm)?;
+        let diagnosis = bench.waits_for_prm(&format!("a Set_Prm with Station_Status {bits:02X}"))?;
+        if diagnosis.master() != NO_MASTER {
+            return broken(format!("Master_Add is {} after Unlock, expected 255", diagnosis.master()));
+        }
+        if bits == UNLOCK {
+            bench.must_start()?;
+        }
+    }
+    Ok(())
+}
+
+fn p05(bench: &mut Bench) -> Course {
+    bench.start()?;
+    let prm = Prm { status: 0, ident: !bench.ident, user: Vec::new(), ..bench.prm() };
+    bench.set_prm(&prm)?;
+    bench.still_exchanges("a Set_Prm with neither Lock nor Unlock and another ident number")?;
+    let diagnosis = bench.diag()?;
+    if diagnosis.is(DiagBit::PrmFault) || diagnosis.master() != bench.owner() {
+        return broken(format!("the diagnosis says {}", diagnosis.words()));
+    }
+    Ok(())
+}
+
+/// Whether times are seen well enough to tell one min T_SDR from another.
+fn sees_tsdr(bench: &Bench) -> Course {
+    if bench.wire.sight == Sight::Untimed {
+        return inapplicable("needs a real line or virtual time: no bit times are seen on this link");
+    }
+    Ok(())
+}
+
+/// No reply begins earlier than so many bit times after the request.
+fn not_before(bench: &mut Bench, bits: u16, what: &str) -> Course {
+    let least = bench.wire.baud.bit_times(bits.into());
+    let zeros = bench.zeros();
+    for _ in 0..3 {
+        let request = bench.request(bench.owner(), Service::DataExchange, &zeros);
+        let heard = bench.exchange_octets(request.sa, &request.octets())?;
+        let Some(heard) = heard else { return bench.silent("Data_Exchange") };
+        if heard.after < least {
+            return broken(format!(
+                "{what}, a reply begins {} us after its request, expected {} us or more",
+                heard.after.as_micros(),
+                least.as_micros()
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// A min T_SDR that this slave can be given.
+fn high_tsdr(bench: &Bench) -> u8 {
+    let max = bench.wire.baud.max_tsdr_bits();
+    let of_file = bench.setup.gsd.as_ref().and_then(|gsd| gsd.rates.max_tsdr(bench.wire.baud));
+    u8::try_from(of_file.unwrap_or(max).max(12)).unwrap_or(u8::MAX)
+}
+
+fn p06(bench: &mut Bench) -> Course {
+    sees_tsdr(bench)?;
+    let high = high_tsdr(bench);
+    let prm = Prm { min_tsdr: high, ..bench.prm() };
+    bench.begin_with(&prm)?;
+    let prm = Prm { min_tsdr: 0, ..bench.prm() };
+    bench.set_prm(&prm)?;
+    bench.chk_cfg()?;
+    bench.ready()?;
+    not_before(bench, high.into(), &format!("with min T_SDR {high}, then 0"))?;
+    let prm = bench.prm();
+    bench.set_prm(&prm)
+}
+
+fn p07(bench: &mut Bench) -> Course {
+    sees_tsdr(bench)?;
+    let high = high_tsdr(bench);
+    for bits in [11, high.midpoint(11), high] {
+        let prm = Prm { min_tsdr: bits, ..bench.prm() };
+        bench.begin_with(&prm)?;
+        not_before(bench, bits.into(), &format!("with min T_SDR {bits}"))?;
+    }
+    let prm = bench.prm();
+    bench.set_prm(&prm)
+}
+
+fn p08(bench: &mut Bench) -> Course {
+    bench.start()?;
+    let (owner, other) = (bench.owner(), bench.other());
+    for prm in [
+        bench.prm(),
+        Prm::unlock(bench.ident, bench.setup.user_prm()),
+        Prm { ident: !bench.ident, ..bench.prm() },
+    ] {
+        // What it is answered with is open; silence is not.
+        bench.serve(other, Service::SetPrm, &prm.octets())?;
+        bench.still_exchanges("a Set_Prm of another master")?;
+        let diagnosis = bench.diag()?;
+        if diagnosis.master() != owner || diagnosis.is(DiagBit::PrmFault) {
+            return broken(format!(
+                "after a Set_Prm of master {other}, the diagnosis says {}",
+                diagnosis.words()
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn p09(bench: &mut Bench) -> Course {
+    bench.start()?;
+    let unlock = Prm::unlock(bench.ident, bench.setup.user_prm());
+    bench.set_prm(&unlock)?;
+    let (other, prm) = (bench.other(), bench.prm());
+    let answer = bench.serve(other, Service::SetPrm, &prm.octets())?;
+    let diagnosis = bench.diag_of(other)?;
+    if answer != Answer::Acknowledged || diagnosis.master() != other || diagnosis.is(DiagBit::PrmReq) {
+        return broken(format!(
+            "Set_Prm of master {other} is answered with {}, and the diagnosis says {}",
+            answer.words(),
+            diagnosis.words()
+        ));
+    }
+    Ok(())
+}
+
+fn p10(bench: &mut Bench) -> Course {
+    let prm = bench.prm();
+    bench.set_prm(&prm)?;
+    bench.set_prm(&prm)?;
+    bench.chk_cfg()?;
+    bench.ready()?;
+    bench.exchanged_zeros()?;
+    bench.set_prm(&prm)?;
+    let diagnosis = bench.diag()?;
+    let faults = [DiagBit::PrmReq, DiagBit::PrmFault, DiagBit::CfgFault];
+    if faults.iter().any(|bit| diagnosis.is(*bit)) {
+        return broken(format!("after a second Set_Prm the diagnosis says {}", diagnosis.words()));
+    }
+    bench.chk_cfg()?;
+    bench.ready()?;
+    bench.still_exchanges("a second start-up")
+}
+
+fn p11(bench: &mut Bench) -> Course {
+    let (owner, other, prm) = (bench.owner(), bench.other(), bench.prm());
+    bench.set_prm(&prm)?;
+    bench.serve(other, Service::SetPrm, &prm.octets())?;
+    let diagnosis = bench.diag()?;
+    if diagnosis.master() != owner || diagnosis.is(DiagBit::PrmFault) || diagnosis.is(DiagBit::PrmReq) {
+        return broken(format!("the diagnosis says {}", diagnosis.words()));
+    }
+    bench.chk_cfg()?;
+    bench.ready()?;
+    bench.still_exchanges("Set_Prm of two masters")
+}
+
+fn p12(bench: &mut Bench) -> Course {
+    let Some(gsd) = bench.setup.gsd.as_ref() else {
+        return inapplicable("needs the device file: gsd=");
+    };
+    let (sync, freeze) = (gsd.flags.sync, gsd.flags.freeze);
+    if sync && freeze {
+        return inapplicable("the slave has Sync and Freeze");
+    }
+    for (bit, name, offered) in [(SYNC, "Sync_Req", sync), (FREEZE, "Freeze_Req", freeze)] {
+        if offered {
+            continue;
+        }
+        let prm = bench.prm().with(bit);
+        bench.set_prm(&prm)?;
+        let diagnosis = bench.diag()?;
+        if !diagnosis.is(DiagBit::NotSupported) {
+            return broken(format!("Not_Supported is 0 after {name}: {}", diagnosis.words()));
+        }
+        bench.release()?;
+    }
+    Ok(())
+}
+
+fn p13(bench: &mut Bench) -> Course {
+    for bit in [0x01, 0x02, 0x04] {
+        let prm = bench.prm().with(bit);
+        bench.set_prm(&prm)?;
+        is_fault(bench, &format!("a Set_Prm with the reserved bit {bit:02X}"))?;
+    }
+    Ok(())
+}
+
+fn p14(bench: &mut Bench) -> Course {
+    for factors in [[0, 10], [10, 0]] {
+        let prm = bench.prm().watched(factors);
+        bench.set_prm(&prm)?;
+        is_fault(bench, &format!("a watchdog of {} times {}", factors[0], factors[1]))?;
+    }
+    Ok(())
+}
+
+fn p15(bench: &mut Bench) -> Course {
+    let wrong = Prm { ident: !bench.ident, ..bench.prm() };
+    bench.set_prm(&wrong)?;
+    let right = bench.prm();
+    bench.set_prm(&right)?;
+    let diagnosis = bench.diag()?;
+    if diagnosis.is(DiagBit::PrmFault) || diagnosis.is(DiagBit::PrmReq) {
+        return broken(format!("after a good Set_Prm the diagnosis says {}", diagnosis.words()));
+    }
+    Ok(())
+}
+
+fn p16(bench: &mut Bench) -> Course {
+    let effect = bench.effect_of_control()?;
+    let prm = Prm { groups: 0x01, ..bench.prm().with(effect.request_bits()) };
+    bench.begin_with(&prm)?;
+    let other = Prm { status: 0, groups: 0x02, ..bench.prm() };
+    bench.set_prm(&other)?;
+    effect.try_group(bench, 0x02, false, "group 2, set without Lock")?;
+    effect.try_group(bench, 0x01, true, "group 1, set with Lock")
+}
+
+/// The watchdog in P17: 100 ms where it counts in milliseconds, else a second.
+const FACTORS: [u8; 2] = [100, 1];
+const WD_BASE: u8 = 0x04;
+
+fn p17(bench: &mut Bench) -> Course {
+    let offers = bench.setup.gsd.as_ref().is_some_and(|gsd| gsd.flags.dpv1 && gsd.flags.watchdog_1ms);
+    if !offers {
+        return inapplicable("the device file has no WD_Base_1ms_supp of DP-V1");
+    }
+    let mut prm = bench.prm().watched(FACTORS);
+    if let Some(status) = prm.user.first_mut() {
+        *status |= WD_BASE;
+    }
+    bench.begin_with(&prm)?;
+    bench.pause(Duration::from_millis(250))?;
+    bench.waits_for_prm("a pause of 250 ms with a watchdog of 100 ms").map(|_| ())
+}
