@@ -8,7 +8,7 @@ use super::object::{Entry, Object, Rights};
 use super::{Eds, Profile};
 use crate::can_bus::canopen::Index;
 use crate::can_bus::canopen::dictionary::ObjectType;
-use crate::can_bus::canopen::value::DataType;
+use crate::can_bus::canopen::value::{DataType, ValueKind};
 use crate::device_file::Place;
 
 impl Eds {
@@ -78,8 +78,9 @@ impl Eds {
             let is_array = object.entries.len() > 1;
             for (sub, entry) in &mut object.entries {
                 let bits = entry.data.octets().unwrap_or_default() * 8;
+                let is_mask = matches!(entry.data.kind(), ValueKind::Unsigned | ValueKind::Boolean);
                 let mask = if entry.data == DataType::Boolean { 1 } else { (1_i128 << bits.min(32)) - 1 };
-                if entry.content == Content::None && entry.data.kind().is_whole() && (*sub > 0 || !is_array) {
+                if entry.content == Content::None && is_mask && (*sub > 0 || !is_array) {
                     entry.content = Content::Whole(Number { offset: default & mask, node_id: false });
                 }
             }
@@ -261,5 +262,17 @@ mod tests {
         assert_eq!(bare.complete().len(), 7);
         assert_eq!(bare.number(0x1000, 0), Some(0x0002_0192));
         assert_eq!(bare.complete(), Vec::<String>::new());
+    }
+
+    #[test]
+    fn masks_of_cia_401_are_unsigned() {
+        let array = |data| format!("[6326]\nObjectType=8\n[6326sub1]\nDataType={data}\nAccessType=rw\n");
+        let mask = |data| {
+            let text = format!("[1000]\nDataType=7\nAccessType=ro\nDefaultValue=0x191\n{}", array(data));
+            let mut eds = Eds::read(text.as_bytes()).unwrap();
+            eds.complete();
+            eds.number(0x6326, 1)
+        };
+        assert_eq!([mask(7), mask(5), mask(4)], [Some(0xFFFF_FFFF), Some(0xFF), None]);
     }
 }

@@ -30,6 +30,8 @@ impl Profile {
             Some(number @ 1..=0xFFFF) => Self::Other(u16::try_from(number).unwrap_or_default()),
             Some(_) => Self::None,
             None if has(&[0x6040, 0x6041]) => Self::Drive,
+            // 6000h is one number there, and an array in CiA 401.
+            None if has(&[0x6000, 0x6004]) && eds.entry(0x6000, 1).is_none() => Self::Encoder,
             None if has(&[0x6000]) || has(&[0x6200]) => Self::InputsOutputs,
             None => Self::None,
         }

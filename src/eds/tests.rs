@@ -240,6 +240,9 @@ fn eds_64_without_a_device_type_the_objects_of_a_profile_tell_it() {
     assert_eq!(profile(&(word("6040") + &word("6041"))), Profile::Drive);
     assert_eq!(profile(&word("6040")), Profile::None);
     assert_eq!(profile(&word("6200")), Profile::InputsOutputs);
+    // 6000h of CiA 406 is one number, that of CiA 401 an array.
+    assert_eq!(profile(&(word("6000") + &word("6004"))), Profile::Encoder);
+    assert_eq!(profile(&(word("6000") + &word("6000sub1") + &word("6004"))), Profile::InputsOutputs);
     assert_eq!(Profile::Other(410).to_string(), "CiA 410");
 }
 
@@ -264,4 +267,28 @@ fn any_end_and_any_damage_of_a_file_is_read_or_refused() {
             }
         }
     }
+}
+
+#[test]
+fn sections_with_0x_in_their_name_are_objects() {
+    let eds = read(
+        "[OptionalObjects]\n1=0x1017\n2=0x1003\n[0x1017]\nParameterName=Heartbeat\nDataType=6\nAccessType=rw\nDefaultValue=9\n\
+         [0X1003]\nParameterName=Errors\nObjectType=8\n[0x1003sub0]\nDataType=5\nAccessType=rw\n[0x1003sub1]\nDataType=7\nAccessType=ro\n",
+    );
+    assert_eq!(
+        eds.hints.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        ["line 34, column 1: warning: '0x' in the name of a section, as in [0x1017], is left out"]
+    );
+    assert_eq!((octets(&eds, 0x1017, 0, 1), octets(&eds, 0x1003, 0, 1)), (vec![9, 0], vec![1]));
+}
+
+#[test]
+fn a_highest_sub_index_beyond_its_type_is_0() {
+    let array = "[OptionalObjects]\n1=0x6020\n[6020]\nParameterName=Inputs\nObjectType=8\n[6020sub0]\nDataType=1\nAccessType=ro\n\
+         [6020sub3]\nDataType=1\nAccessType=ro\n";
+    assert_eq!(
+        hints(array),
+        ["sub-index 0 of 6020h has no default, and the highest sub-index, 3, is beyond BOOLEAN: it is 0"]
+    );
+    assert_eq!(octets(&read(array), 0x6020, 0, 1), [0]);
 }

@@ -322,6 +322,14 @@ fn answers_as_its_file(name: &str, dictionary: &'static Dictionary) {
     let node = NodeId::new(NODE).unwrap();
     let empty = |home: Home| home == Home::Node;
     let is_drive = rig.device.description().is_drive();
+    let is_encoder = dictionary.eds.profile() == Profile::Encoder;
+    // What the device behind the values says of itself now.
+    let is_told = |index| match index {
+        0x603F | 0x6041 | 0x6043 | 0x6044 | 0x6061..=0x6064 | 0x606B | 0x606C | 0x6074 | 0x6077 => is_drive,
+        0x6078 | 0x60F4 | 0x60FC | 0x60FD | 0x6502 => is_drive,
+        0x6300 | 0x6400 | 0x6500 => is_encoder,
+        _ => false,
+    };
     for object in dictionary.objects {
         let file = &dictionary.eds.objects[&object.index.0];
         assert_eq!(object.entries.len(), file.entries.len(), "{name} {}", object.index);
@@ -331,10 +339,7 @@ fn answers_as_its_file(name: &str, dictionary: &'static Dictionary) {
             let read = rig.read(index, sub);
             match (said.rights, index) {
                 (Rights::WriteOnly, _) => assert_eq!(read, Err(0x0601_0001), "{place}"),
-                (_, 0x603F | 0x6041 | 0x6043 | 0x6044 | 0x6061..=0x6064 | 0x606B | 0x606C) if is_drive => {}
-                (_, 0x6074 | 0x6077 | 0x6078 | 0x60F4 | 0x60FC | 0x60FD | 0x6502) if is_drive => {}
-                // Where the shaft is, and what follows from it.
-                (_, 0x6300 | 0x6400) if dictionary.eds.profile() == Profile::Encoder => {}
+                (_, index) if is_told(index) => {}
                 // What the node tells of itself now.
                 (_, 0x1001 | 0x1003 | 0x1010 | 0x1011) if empty(entry.home) => {}
                 _ => assert_eq!(read, Ok(said.octets(node)), "{place}"),
@@ -344,6 +349,7 @@ fn answers_as_its_file(name: &str, dictionary: &'static Dictionary) {
             } else if index >= 0x2000 && said.rights != Rights::WriteOnly {
                 let octets = said.octets(node);
                 match rig.write(index, sub, &octets) {
+                    Ok(()) if is_told(index) => {}
                     Ok(()) => assert_eq!(rig.read(index, sub), Ok(octets), "{place}"),
                     // A mode that the file has no objects for.
                     Err(0x0609_0030) if is_drive && matches!(index, 0x605A..=0x6060 | 0x6098) => {}
@@ -375,9 +381,12 @@ fn eds_04_eds_05_every_object_answers_as_its_file_says() {
     if let Some(folder) = std::env::var_os("PROFIDRIVE_EDS_FOLDER") {
         files.extend(fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()));
     }
-    for file in files {
-        answers_as_its_file(&file.display().to_string(), held(&file));
-    }
+    let tried = files.len();
+    let refused = files.iter().filter(|file| {
+        std::panic::catch_unwind(|| answers_as_its_file(&file.display().to_string(), held(file))).is_err()
+    });
+    let refused: Vec<_> = refused.collect();
+    assert!(refused.is_empty(), "{} of {tried}: {refused:#?}", refused.len());
 }
 
 proptest! {

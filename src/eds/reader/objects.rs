@@ -45,10 +45,15 @@ enum Part {
 impl Reader<'_> {
     pub(super) fn objects(&mut self, sections: &[Section<'_>]) -> Result<BTreeMap<u16, Object>, ReadError> {
         let mut sources: BTreeMap<u16, Sources<'_>> = BTreeMap::new();
+        let mut prefixed = None;
         for section in sections {
-            let Some((index, part)) = place_of(section.name).filter(|(index, _)| *index >= FIRST) else {
+            let name = bare(section.name);
+            let Some((index, part)) = place_of(name).filter(|(index, _)| *index >= FIRST) else {
                 continue;
             };
+            if name != section.name {
+                prefixed.get_or_insert(section);
+            }
             let sources = sources.entry(index).or_default();
             match part {
                 Part::Head => sources.head = Some(section),
@@ -58,6 +63,9 @@ impl Reader<'_> {
                 Part::Value => sources.values = Some(section),
                 Part::Name => sources.names = Some(section),
             }
+        }
+        if let Some(Section { name, place, .. }) = prefixed {
+            self.warn(*place, format!("'0x' in the name of a section, as in [{name}], is left out"));
         }
         sources.retain(|_, sources| sources.head.is_some() || !sources.subs.is_empty());
         if sources.is_empty() {
@@ -194,7 +202,18 @@ impl Reader<'_> {
         let highest = entries.keys().last().copied().unwrap_or_default();
         match entries.get_mut(&0) {
             Some(first) if first.content == Content::None && first.data.kind().is_whole() => {
-                first.content = Content::Whole(Number { offset: highest.into(), node_id: false });
+                if first.data.range().is_none_or(|(_, most)| i64::from(highest) <= most) {
+                    first.content = Content::Whole(Number { offset: highest.into(), node_id: false });
+                } else {
+                    let (place, data) = (first.place, first.data.name());
+                    self.warn(
+                        place,
+                        format!(
+                            "sub-index 0 of {}h has no default, and the highest sub-index, {highest}, is beyond {data}: it is 0",
+                            bare(section.name)
+                        ),
+                    );
+                }
             }
             Some(_) => {}
             None => {
@@ -220,6 +239,11 @@ fn number_of_entries(highest: u8, model: &Entry) -> Entry {
         file: None,
         place: model.place,
     }
+}
+
+/// Some write `0x1018`.
+fn bare(section: &str) -> &str {
+    section.strip_prefix("0x").or_else(|| section.strip_prefix("0X")).unwrap_or(section)
 }
 
 /// `1018`, `1018sub1`, `1003Value`, `1003Name`: which object, and what of it.
