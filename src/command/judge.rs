@@ -1,4 +1,4 @@
-//! `profidrive judge`: a master under test, live or recorded.
+//! `profidrive judge`: a master under test, live or recorded; a device under test.
 
 use core::time::Duration;
 use std::io::{self, Write};
@@ -10,8 +10,8 @@ use crate::host::capture::{Capture, Interface};
 use crate::host::link::tap::{Batch, Tap};
 use crate::host::{Link, Received, Stop, SystemClock};
 use crate::judge::{
-    Ending, Judge, MasterClass, Operator, Outcome, Progress, Report, Row, Scenario, Setup, Slave, live,
-    rows_at_each,
+    Ending, Judge, MasterClass, Operator, Outcome, Progress, Report, ReportOf, Requirement, Row, Scenario,
+    Setup, Slave, live, rows_at_each,
 };
 use crate::profibus::dp::Application as _;
 use crate::time::BaudRate;
@@ -23,6 +23,7 @@ use super::{Failure, signals};
 
 mod compare;
 mod date;
+mod device;
 mod line;
 mod operated;
 mod recorded;
@@ -38,21 +39,17 @@ pub(crate) fn judge(args: &args::Judge) -> Result<ExitCode, Failure> {
     if let Some(args::Compare::Compare { before, after }) = &args.compare {
         return compare::compare(before, after);
     }
-    let setup = setup(args)?;
-    let rows = rows(args);
-    for file in [&args.json, &args.junit, &args.html].into_iter().flatten() {
-        // Before minutes of work.
-        std::fs::File::create(file).map_err(|error| unwritable(file, &error))?;
+    if let Some(slave) = &args.slave {
+        return device::slave(args, slave);
     }
+    let setup = setup(args)?;
+    let rows = args::rows_of(&args.only);
+    create_reports(args)?;
     if let Some(file) = &args.capture_file {
         let report = recorded::judge(file, setup, &rows)?;
-        return finish(args, report);
+        return finish(args, report, &subject(args));
     }
-    let stop = signals::stop_at_end().map_err(|error| Failure::from_error(&error))?;
-    if args.end_with_stdin {
-        let stop = stop.clone();
-        signals::when_stdin_ends(move || stop.request()).map_err(|error| Failure::from_error(&error))?;
-    }
+    let stop = stop(args)?;
     let more = scenarios::read(&args.scenarios, &setup)?;
     for scenario in &more {
         if !scenario.is_for(&rows) {
@@ -61,9 +58,10 @@ pub(crate) fn judge(args: &args::Judge) -> Result<ExitCode, Failure> {
     }
     if let Some(rates) = args.rates() {
         let report = at_rates(args, &rates, &setup, &rows, &more, &stop)?;
-        return finish(args, report);
+        return finish(args, report, &subject(args));
     }
-    let Opened { rate, link, path } = open_link(&args.link, args.rate(), args.allow_remote)?;
+    let place = args.link.of_master().map_err(Failure::Usage)?;
+    let Opened { rate, link, path } = open_link(&place, args.rate(), args.allow_remote)?;
     let clock = SystemClock::new();
     let link = captured(args, link, &path, clock)?;
     announce(&path, &setup)?;
@@ -72,7 +70,25 @@ pub(crate) fn judge(args: &args::Judge) -> Result<ExitCode, Failure> {
     let operator = operator.as_mut().map(|operator| -> &mut dyn Operator { operator });
     let report = live(judge, link, &clock, rate, &stop, operator, &mut say)
         .map_err(|error| Failure::from_error(&error))?;
-    finish(args, report)
+    finish(args, report, &subject(args))
+}
+
+/// Before minutes of work.
+fn create_reports(args: &args::Judge) -> Result<(), Failure> {
+    for file in [&args.json, &args.junit, &args.html].into_iter().flatten() {
+        std::fs::File::create(file).map_err(|error| unwritable(file, &error))?;
+    }
+    Ok(())
+}
+
+/// What ends it.
+fn stop(args: &args::Judge) -> Result<Stop, Failure> {
+    let stop = signals::stop_at_end().map_err(|error| Failure::from_error(&error))?;
+    if args.end_with_stdin {
+        let stop = stop.clone();
+        signals::when_stdin_ends(move || stop.request()).map_err(|error| Failure::from_error(&error))?;
+    }
+    Ok(stop)
 }
 
 /// How it judges, with scenarios of the user.
@@ -98,10 +114,11 @@ fn at_rates(
     stop: &Stop,
 ) -> Result<Report, Failure> {
     let mut runs = Vec::new();
+    let place = args.link.of_master().map_err(Failure::Usage)?;
     for baud in rates {
         let setup = Setup { baud: Some(*baud), ..setup.clone() };
         setup.check_master().map_err(Failure::Usage)?;
-        let Opened { rate, mut link, path } = open_link(&args.link, Some(*baud), args.allow_remote)?;
+        let Opened { rate, mut link, path } = open_link(&place, Some(*baud), args.allow_remote)?;
         let clock = SystemClock::new();
         announce(&path, &setup)?;
         let mut operator = Operated::new(args.ask.as_deref().unwrap_or_default());
@@ -155,7 +172,7 @@ fn captured(
     let Some(file) = &args.capture else {
         return Ok(link);
     };
-    let line = Interface { name: path, description: "PROFIBUS line of a judged master", baud: args.rate() };
+    let line = Interface { name: path, description: "PROFIBUS line of a judgement", baud: args.rate() };
     let capture = Capture::create(file, &line, &clock).map_err(|error| Failure::from_error(&error))?;
     let mut capture = Some(capture);
     Ok(Box::new(Tap::new(link, clock, move |batch: &Batch| {
@@ -179,13 +196,17 @@ fn say(progress: &Progress) {
 /// Exit status where a file or the link fails.
 pub(super) const BROKEN: u8 = 5;
 
-fn finish(args: &args::Judge, mut report: Report) -> Result<ExitCode, Failure> {
-    report.required = args.require.iter().flat_map(|rows| rows.0.iter().copied()).collect();
+fn finish<R: Requirement>(
+    args: &args::Judge,
+    mut report: ReportOf<R>,
+    subject: &str,
+) -> Result<ExitCode, Failure> {
+    report.required = args.require.iter().flat_map(args::Rows::of).collect();
     report.date = Some(date::now());
     let report = report;
     write(args.json.as_deref(), || report.json())?;
     write(args.junit.as_deref(), || report.junit())?;
-    write(args.html.as_deref(), || report.html(&subject(args)))?;
+    write(args.html.as_deref(), || report.html(subject))?;
     let mut stdout = io::stdout().lock();
     // Nobody may read it any more.
     let _ = write!(stdout, "{report}").and_then(|()| stdout.flush());
@@ -231,14 +252,6 @@ fn announce(path: &str, setup: &Setup) -> Result<(), Failure> {
     writeln!(stdout, "ready link={path} stations={}", stations.join(","))
         .and_then(|()| stdout.flush())
         .map_err(|error| Failure::from_error(&error))
-}
-
-fn rows(args: &args::Judge) -> Vec<Row> {
-    if args.only.is_empty() {
-        return Row::ALL.to_vec();
-    }
-    let wanted = |row: &&Row| args.only.iter().any(|rows| rows.0.contains(row));
-    Row::ALL.iter().filter(wanted).copied().collect()
 }
 
 fn setup(args: &args::Judge) -> Result<Setup, Failure> {

@@ -1,22 +1,29 @@
-//! `profidrive judge`: which master, which stations, what is judged.
+//! `profidrive judge`: which master with which stations, or which device; what is judged.
 
 use core::str::FromStr;
 use core::time::Duration;
 use std::path::PathBuf;
 
-use crate::judge::{Requirement as _, Row, Slave};
+use crate::judge::device::slave;
+use crate::judge::{Requirement, Row, Slave};
 use crate::profibus::fdl::Address;
 use crate::time::BaudRate;
 use clap::Args;
 
+use super::judged_device::{DeviceLink, JudgedSlave};
 use super::spec::address;
 use super::{BaudSpec, LinkSpec};
 
-/// Judges a DP master: emulates its slaves, makes errors on purpose, and says row by row whether the master reacts correctly
+/// Judges a DP master or a slave: makes errors on purpose, and says row by row whether it reacts correctly
 ///
-/// Prints `ready link=LINK stations=5,6`; then start the master under test, configured for exactly these stations. The
-/// master is not changed. Exit status: 0 passed and complete, 1 a row failed, 2 wrong command line, 3 no master or no data
-/// exchange, 4 not finished or not enough judged, 5 a file or the link fails.
+/// A master: emulates its slaves. Prints `ready link=LINK stations=5,6`; then start the master under test, configured for
+/// exactly these stations. The master is not changed.
+///
+/// A slave, with --slave: is its master, and tries it. Outputs are zero, and its address stays, unless --moves-allowed says
+/// otherwise: do not give that option while the device can move a machine.
+///
+/// Exit status: 0 passed and complete, 1 a row failed, 2 wrong command line, 3 no master (no device) or no data exchange, 4
+/// not finished or not enough judged, 5 a file or the link fails.
 ///
 /// With a capture (pcapng, pcap, or octets in hexadecimal) nothing is provoked: it judges what the capture shows.
 #[derive(Debug, Args)]
@@ -29,9 +36,25 @@ pub(crate) struct Judge {
     #[arg(value_name = "FILE.pcapng")]
     pub(crate) capture_file: Option<PathBuf>,
 
-    /// The line of the master: pty, pty:PATH, serial:DEVICE or tcp:HOST:PORT
+    /// The line of the master: pty, pty:PATH, serial:DEVICE or tcp:HOST:PORT (listens). Of a device: pty:PATH (makes it), the
+    /// path of a terminal, serial:DEVICE, tcp:HOST:PORT (connects) or tcp-listen:HOST:PORT
     #[arg(long, value_name = "LINK", default_value = "pty")]
-    pub(crate) link: LinkSpec,
+    pub(crate) link: JudgeLink,
+
+    /// Judges the slave at this address:
+    /// ADDRESS[,gsd=FILE[,modules='A','B']][,ident=HEX][,cfg=HEX][,prm=HEX][,profile=ppo1..ppo5][,mirror]; mirror: its inputs
+    /// follow its outputs. What is not given it says itself
+    #[arg(long, value_name = "SPEC", group = "device", conflicts_with_all = ["capture_file", "class", "stations", "line",
+        "master_gsd", "watchdog", "retries", "hsa", "gap_factor", "ttr", "min_interval", "auto_clear", "soak", "scenarios"])]
+    pub(crate) slave: Option<JudgedSlave>,
+
+    /// Of a device: outputs other than zero are sent, and its address is changed and changed back
+    #[arg(long, requires = "device")]
+    pub(crate) moves_allowed: bool,
+
+    /// Of a device: what takes long is left out or done less often
+    #[arg(long, requires = "device")]
+    pub(crate) quick: bool,
 
     /// The rate of the line in bit/s; several rates: the master is judged at each, and --ask configures it
     #[arg(long, value_name = "RATE[,RATE..]", value_delimiter = ',')]
@@ -54,7 +77,7 @@ pub(crate) struct Judge {
     #[arg(long, value_name = "FILE.gsd")]
     pub(crate) master_gsd: Option<PathBuf>,
 
-    /// The address of the master
+    /// The address of the master; of a device the address that the judge has
     #[arg(long, value_name = "ADDRESS", value_parser = master_address)]
     pub(crate) master: Option<Address>,
 
@@ -66,7 +89,7 @@ pub(crate) struct Judge {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=15))]
     pub(crate) retries: Option<u32>,
 
-    /// How long the master waits for a reply, T_SL, in milliseconds
+    /// How long the master waits for a reply, T_SL, in milliseconds; of a device how long the judge waits
     #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u64).range(1..=60_000))]
     pub(crate) slot: Option<u64>,
 
@@ -90,7 +113,7 @@ pub(crate) struct Judge {
     #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u64).range(1..=20_000))]
     pub(crate) auto_clear: Option<u64>,
 
-    /// A command that operates the master, run as COMMAND ACTION
+    /// A command that operates the master, or does things at the device, run as COMMAND ACTION
     #[arg(long, value_name = "COMMAND")]
     pub(crate) ask: Option<String>,
 
@@ -106,7 +129,7 @@ pub(crate) struct Judge {
     #[arg(long, value_name = "N", default_value_t = 1, requires = "soak")]
     pub(crate) seed: u64,
 
-    /// Judge these rows only, as M-C03,M-E*
+    /// Judge these rows only, as M-C03,M-E*; of slaves S-C03
     #[arg(long, value_name = "ROWS", value_delimiter = ',', value_parser = rows)]
     pub(crate) only: Vec<Rows>,
 
@@ -162,18 +185,69 @@ Examples:
   profidrive judge --link pty:/tmp/bus --station 5,ident=1234,cfg=2313 --slot 100 --retries 2
                                               plays station 5 for the master on /tmp/bus
   profidrive judge --station 5,gsd=valves.gsd --only 'M-C03,M-E*' --json verdicts.json
-  profidrive judge line.pcapng                judges a capture of a foreign bus";
+  profidrive judge line.pcapng                judges a capture of a foreign bus
+  profidrive judge --slave 5,gsd=my.gsd --link pty:/tmp/bus --html slave.html
+                                              judges the slave that opens /tmp/bus
+  profidrive judge --slave 5,gsd=my.gsd --link serial:/dev/ttyUSB0 --baud 19200 --ask ./bench.sh --moves-allowed";
 
-/// The rows of one pattern.
+/// The rows of one pattern, whoever is judged.
 #[derive(Clone, Debug)]
-pub(crate) struct Rows(pub(crate) Vec<Row>);
+pub(crate) struct Rows(String);
+
+impl Rows {
+    /// Its rows of this table.
+    pub(crate) fn of<R: Requirement>(&self) -> Vec<R> {
+        R::matching(&self.0)
+    }
+}
+
+/// The rows of patterns: every row if there are none.
+pub(crate) fn rows_of<R: Requirement>(patterns: &[Rows]) -> Vec<R> {
+    if patterns.is_empty() {
+        return R::all();
+    }
+    let named: Vec<R> = patterns.iter().flat_map(Rows::of).collect();
+    R::all().into_iter().filter(|row| named.contains(row)).collect()
+}
 
 fn rows(pattern: &str) -> Result<Rows, String> {
-    let rows: Vec<Row> = Row::matching(pattern.trim());
-    if rows.is_empty() {
+    let rows = Rows(pattern.trim().into());
+    if rows.of::<Row>().is_empty() && rows.of::<slave::Row>().is_empty() {
         return Err("no row has this name; expected names such as M-C03, or beginnings such as M-E*".into());
     }
-    Ok(Rows(rows))
+    Ok(rows)
+}
+
+/// Where the other side is: a master or a device.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct JudgeLink(String);
+
+impl JudgeLink {
+    /// Of a master.
+    ///
+    /// # Errors
+    /// It is one of a device.
+    pub(crate) fn of_master(&self) -> Result<LinkSpec, String> {
+        self.0.parse()
+    }
+
+    /// Of a device.
+    ///
+    /// # Errors
+    /// It is one of a master.
+    pub(crate) fn of_device(&self) -> Result<DeviceLink, String> {
+        self.0.parse()
+    }
+}
+
+impl FromStr for JudgeLink {
+    type Err = String;
+
+    fn from_str(spec: &str) -> Result<Self, String> {
+        let of_master = spec.parse::<LinkSpec>().map(|_| ());
+        of_master.or_else(|words| spec.parse::<DeviceLink>().map(|_| ()).map_err(|_| words))?;
+        Ok(Self(spec.into()))
+    }
 }
 
 /// A time of a soak: a whole number of `s`, `min` or `h`, at most a week.
@@ -369,22 +443,35 @@ impl Judge {
         Ok(())
     }
 
+    /// Whether the rows that are named are of this table, and those that are required among those that are judged.
+    fn check_rows<R: Requirement>(&self) -> Result<(), String> {
+        if let Some(rows) = self.only.iter().chain(&self.require).find(|rows| rows.of::<R>().is_empty()) {
+            return Err(format!("no row of a {} is named '{}'", R::SUBJECT, rows.0));
+        }
+        let wanted = rows_of::<R>(&self.only);
+        let required: Vec<R> = self.require.iter().flat_map(Rows::of).collect();
+        match required.iter().find(|row| !wanted.contains(row)) {
+            Some(row) => Err(format!("--require names {}, which --only does not", row.id())),
+            None => Ok(()),
+        }
+    }
+
     pub(super) fn check(&self) -> Result<(), String> {
         if self.compare.is_some() {
             return Ok(());
         }
-        if let LinkSpec::Can(_) = self.link {
+        self.check_rates()?;
+        if self.slave.is_some() {
+            self.link.of_device()?;
+            return self.check_rows::<slave::Row>();
+        }
+        if let LinkSpec::Can(_) = self.link.of_master()? {
             return Err("a link of a CAN bus is for CANopen; the judge plays slaves of PROFIBUS-DP".into());
         }
-        self.check_rates()?;
         if self.line.is_none() {
             self.check_stations(self.stations.iter().map(|station| &station.slave))?;
         }
-        let named = |rows: &[Rows], row: &Row| rows.iter().any(|rows| rows.0.contains(row));
-        let mut required = self.require.iter().flat_map(|rows| &rows.0);
-        if let Some(row) = required.find(|row| !self.only.is_empty() && !named(&self.only, row)) {
-            return Err(format!("--require names {}, which --only does not", row.id()));
-        }
+        self.check_rows::<Row>()?;
         if self.min_interval.is_some_and(|interval| millis(interval).is_none()) {
             return Err("--min-interval is outside 0 to 60000 ms".into());
         }

@@ -8,6 +8,7 @@ mod emulate;
 mod encode;
 mod gsd;
 mod judge;
+mod judged_device;
 mod link;
 #[cfg(feature = "manual")]
 mod manual;
@@ -35,7 +36,8 @@ pub(crate) use encode::{
     Control, Encode, Fcb, Octet, Parameter, Pkw, Service, Telegram, What, WidthSpec, Word,
 };
 pub(crate) use gsd::{Check, Gsd};
-pub(crate) use judge::{Compare, Judge, JudgedStation, millis as judge_millis};
+pub(crate) use judge::{Compare, Judge, JudgedStation, Rows, millis as judge_millis, rows_of};
+pub(crate) use judged_device::{DeviceLink, JudgedSlave};
 #[cfg(test)]
 pub(crate) use link::CAN_RATES;
 pub(crate) use link::{BaudSpec, LinkSpec};

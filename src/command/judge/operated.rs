@@ -1,6 +1,7 @@
 //! `--ask`: a command of the user that operates the master.
 
 use core::time::Duration;
+use std::io::Read as _;
 use std::process::{Child, Command, Stdio};
 use std::time::Instant;
 
@@ -9,6 +10,9 @@ use tracing::{info, warn};
 
 /// An action takes so long at most.
 const LIMIT: Duration = Duration::from_secs(10);
+
+/// Octets of what an action says at most.
+const MOST_SAID: u64 = 4096;
 
 /// Its end is looked for so often.
 const PULSE: Duration = Duration::from_millis(20);
@@ -41,20 +45,45 @@ impl Operated {
     }
 }
 
+/// The command with an action. It may have arguments of its own.
+fn shell(command: &str, action: &str) -> Command {
+    let script = format!("{command} \"$@\"");
+    let mut shell = Command::new("sh");
+    shell.arg("-c").arg(script).arg("sh").args(action.split(' ')).stdin(Stdio::null());
+    shell
+}
+
+/// What an action says to its end; `None`: it could not be done.
+pub(super) fn output(command: &str, action: &str) -> Option<String> {
+    let mut child = match shell(command, action).stdout(Stdio::piped()).spawn() {
+        Ok(child) => child,
+        Err(error) => {
+            warn!("cannot run {command}: {error}");
+            return None;
+        }
+    };
+    let begun = Instant::now();
+    let success = loop {
+        match child.try_wait() {
+            Ok(Some(status)) => break status.success(),
+            Ok(None) if begun.elapsed() < LIMIT => std::thread::sleep(PULSE),
+            Ok(None) | Err(_) => {
+                warn!("{command} does not end within {} s", LIMIT.as_secs());
+                let _ = child.kill().and_then(|()| child.wait());
+                break false;
+            }
+        }
+    };
+    let mut said = String::new();
+    // What it left running may hold the pipe: only what it wrote itself is read.
+    let octets = child.stdout.as_mut().map(|stdout| stdout.take(MOST_SAID).read_to_string(&mut said));
+    (success && octets.is_none_or(|read| read.is_ok())).then_some(said)
+}
+
 impl Operator for Operated {
     fn begin(&mut self, action: &str) {
         info!("asking: {} {action}", self.command);
-        // The command may have arguments of its own.
-        let script = format!("{} \"$@\"", self.command);
-        let mut command = Command::new("sh");
-        command
-            .arg("-c")
-            .arg(script)
-            .arg("sh")
-            .args(action.split(' '))
-            .stdin(Stdio::null())
-            .stdout(Stdio::null());
-        match command.spawn() {
+        match shell(&self.command, action).stdout(Stdio::null()).spawn() {
             Ok(child) => self.running = Some((child, Instant::now())),
             Err(error) => {
                 warn!("cannot run {}: {error}", self.command);

@@ -197,6 +197,15 @@ impl Bench {
         Ok(())
     }
 
+    /// A part of the way to data exchange: why it ends before is what the judgement ends with.
+    pub(in super::super) fn leads_to_exchange(&mut self, part: fn(&mut Self) -> Course) -> Course {
+        let course = part(self);
+        if let Err(Halt::Broken { why, .. } | Halt::Missed(why)) = &course {
+            self.why_not.get_or_insert_with(|| why.clone());
+        }
+        course
+    }
+
     /// From WAIT-PRM to data exchange, where every row about it begins: that it comes there is judged by other rows.
     pub(in super::super) fn start(&mut self) -> Course {
         let prm = self.prm();

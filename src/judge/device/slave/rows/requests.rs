@@ -8,6 +8,7 @@ use crate::judge::device::slave::Bench;
 use crate::judge::device::slave::answer::Answer;
 use crate::judge::device::slave::request::{MASTER_SAP, Request};
 use crate::judge::device::slave::wire::Sight;
+use crate::judge::moment::{Side, split};
 use crate::judge::requirement::Confidence::U;
 use crate::profibus::dp::{DiagBit, Service};
 use crate::profibus::fdl::{
@@ -143,7 +144,7 @@ fn f08(bench: &mut Bench) -> Course {
     let octets = request.octets();
     for at in [1, 4, octets.len() / 2, octets.len() - 1] {
         let (front, rest) = octets.split_at(at.min(octets.len()));
-        let side = crate::judge::moment::Side::Master;
+        let side = Side::Master;
         bench.wire.send(front, side)?;
         bench.wire.send_at_once(rest, side)?;
         let heard = bench.wire.reply()?.map_or(Answer::Silence, |heard| Answer::of(&heard.octets));
@@ -159,13 +160,15 @@ fn f08(bench: &mut Bench) -> Course {
 
 fn f10(bench: &mut Bench) -> Course {
     let request = Request::status(bench.slave(), bench.owner()).octets();
-    let side = crate::judge::moment::Side::Master;
+    let side = Side::Master;
     bench.wire.send(&request, side)?;
     bench.wire.send_at_once(&request, side)?;
     while let Some(heard) = bench.wire.reply()? {
-        let answer = Answer::of(&heard.octets);
-        if !answer.is_status(ReplyStatus::Ok) {
-            return broken(format!("two requests at once are answered with {}", answer.words()));
+        for octets in split(&heard.octets) {
+            let answer = Answer::of(octets);
+            if !answer.is_status(ReplyStatus::Ok) {
+                return broken(format!("two requests at once are answered with {}", answer.words()));
+            }
         }
     }
     bench.wire.take_unasked();

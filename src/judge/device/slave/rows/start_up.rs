@@ -1,7 +1,7 @@
 //! Set_Prm, Chk_Cfg and the first Data_Exchange: what nearly every other row needs.
 
 use super::row;
-use crate::judge::device::course::{Course, broken};
+use crate::judge::device::course::{Course, broken, missed};
 use crate::judge::device::row::{By, Group};
 use crate::judge::device::slave::Bench;
 use crate::profibus::dp::DiagBit;
@@ -34,9 +34,24 @@ pub(super) const GROUP: Group<Bench> = Group {
 };
 
 fn p01(bench: &mut Bench) -> Course {
+    bench.leads_to_exchange(parameterised)
+}
+
+fn g01(bench: &mut Bench) -> Course {
+    bench.leads_to_exchange(configured)
+}
+
+fn x01(bench: &mut Bench) -> Course {
+    bench.leads_to_exchange(exchanged)
+}
+
+fn parameterised(bench: &mut Bench) -> Course {
     let prm = bench.prm().watched([100, 10]);
     bench.set_prm(&prm)?;
     let diagnosis = bench.diag()?;
+    if diagnosis.is(DiagBit::PrmFault) && bench.setup.gsd.is_none() && bench.setup.prm.is_none() {
+        return missed("it accepts no Set_Prm without user parameters; give them with gsd= or prm=");
+    }
     let wrong = [DiagBit::PrmReq, DiagBit::PrmFault, DiagBit::NotSupported];
     if wrong.iter().any(|bit| diagnosis.is(*bit)) {
         return broken(format!("the diagnosis says {}", diagnosis.words()));
@@ -50,14 +65,14 @@ fn p01(bench: &mut Bench) -> Course {
     Ok(())
 }
 
-fn g01(bench: &mut Bench) -> Course {
+fn configured(bench: &mut Bench) -> Course {
     let prm = bench.prm();
     bench.set_prm(&prm)?;
     bench.chk_cfg()?;
     bench.ready().map(|_| ())
 }
 
-fn x01(bench: &mut Bench) -> Course {
+fn exchanged(bench: &mut Bench) -> Course {
     let prm = bench.prm();
     bench.start_with(&prm)?;
     bench.exchanged_zeros().map(|_| ())
