@@ -4,11 +4,9 @@ use core::time::Duration;
 
 use thiserror::Error;
 
-use super::inquiry::Answer;
+use super::owner::heard;
 use super::{Session, SessionError};
-use crate::client::{
-    AcyclicAnswer, AcyclicClient, AcyclicError, Heard, NoResponse, NotAsked, ParameterRequest,
-};
+use crate::client::{AcyclicAnswer, AcyclicClient, AcyclicError, NoResponse, NotAsked, ParameterRequest};
 use crate::host::{Clock, Link};
 use crate::profibus::dpv1::identification::LEN;
 use crate::profibus::dpv1::{CALL_INDEX, ErrorCode, MAX_DATA, PARAMETER_INDEX};
@@ -182,15 +180,8 @@ impl<'s, L: Link, C: Clock> Connection<'s, L, C> {
         loop {
             let now = self.session.now();
             let Some(sent) = self.client.poll_transmit(now) else { return Ok(Vec::new()) };
-            let answer = self.session.ask(self.address, (sent.dsap, sent.ssap), sent.data)?;
-            let heard = match &answer {
-                Answer::Silence => Heard::Silence,
-                Answer::ShortAcknowledge | Answer::NothingToSay => Heard::Acknowledged,
-                Answer::Station(_, data) => Heard::Data(data),
-                Answer::NotActivated => Heard::NotActivated,
-                Answer::NoResource => Heard::NoResource,
-            };
-            if let Some(outcome) = self.client.handle(self.session.now(), heard) {
+            let answer = self.session.ask(self.address, Some((sent.dsap, sent.ssap)), sent.data)?;
+            if let Some(outcome) = self.client.handle(self.session.now(), heard(&answer)) {
                 return Ok(match outcome? {
                     AcyclicAnswer::Read(data) => data.to_vec(),
                     AcyclicAnswer::Opened { .. }

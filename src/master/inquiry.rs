@@ -28,8 +28,8 @@ pub(super) enum Question {
     Diagnosis,
     /// Set_Prm with Unlock_Req: the slave is no longer ours.
     Release,
-    /// Data from one SAP to another, of DP-V1. Repeated, it is the same telegram: it runs once.
-    Data { dsap: u8, ssap: u8, data: Vec<u8> },
+    /// Data from one SAP to another, or without SAPs: Data_Exchange. Repeated, it is the same telegram: it runs once.
+    Data { saps: Option<(u8, u8)>, data: Vec<u8> },
 }
 
 /// What came of a question.
@@ -39,6 +39,8 @@ pub(super) enum Answer {
     Silence,
     /// A station of this type, and the data of its answer.
     Station(StationType, Vec<u8>),
+    /// The same, of high priority: the slave has a new diagnosis.
+    Urgent(Vec<u8>),
     /// SC.
     ShortAcknowledge,
     /// NR: nothing to say, to data.
@@ -144,7 +146,10 @@ impl FdlApplication for Inquiry {
             Question::Status => return Some(tx.send_fdl_status_request(da, sa)),
             Question::Diagnosis => (of(Service::SlaveDiag), &[]),
             Question::Release => (of(Service::SetPrm), &UNLOCK),
-            Question::Data { dsap, ssap, data } => ((Some(*dsap), Some(*ssap)), data),
+            Question::Data { saps, data } => {
+                let (dsap, ssap) = saps.map_or((None, None), |(dsap, ssap)| (Some(dsap), Some(ssap)));
+                ((dsap, ssap), data)
+            }
         };
         let count = match question {
             Question::Status | Question::Diagnosis | Question::Release => FrameCountBit::First,
@@ -173,6 +178,9 @@ impl FdlApplication for Inquiry {
                     status: ResponseStatus::SapNotEnabled | ResponseStatus::UserError,
                     ..
                 } if to_data => Answer::NotActivated,
+                FunctionCode::Response { status: ResponseStatus::DataHigh, .. } if to_data => {
+                    Answer::Urgent(data.pdu.to_vec())
+                }
                 FunctionCode::Response { state, .. } => {
                     Answer::Station(station_type(state), data.pdu.to_vec())
                 }

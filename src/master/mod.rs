@@ -11,7 +11,7 @@
 //!   drives, faults on purpose, and a clock that jumps from one thing that happens to the next.
 //! - [`Session`] is one drive or several on a line that somebody else serves, for programs that do one thing after the
 //!   other; [`Axes`] gives each of them a queue of goals, [`Drive`] reads, saves and restores
-//!   the parameters of one. [`Connection`] reads and writes records of any slave of DP-V1. [`ProfileDrive`] is the same for any drive of PROFIDRIVE version 2.
+//!   the parameters of one. [`Connection`] reads and writes records of any slave of DP-V1, [`Owner`] acknowledges its alarms. [`ProfileDrive`] is the same for any drive of PROFIDRIVE version 2.
 //!
 //! What profirust 0.6.0 wants, and where it differs from other masters:
 //!
@@ -35,6 +35,7 @@ mod axes;
 mod drive;
 mod error;
 mod inquiry;
+mod owner;
 mod parameters;
 mod peripheral;
 mod phy;
@@ -46,6 +47,7 @@ pub use acyclic::{Connection, RecordError};
 pub use axes::Axes;
 pub use drive::{Drive, DriveError, Identity, Reached, Seen};
 pub use error::SessionError;
+pub use owner::{OwnedSlave, Owner, Reported};
 pub use parameters::{Change, Restored, WriteOutcome, changes};
 pub use peripheral::{Slave, options, peripheral};
 pub use phy::{LinkPhy, baudrate, instant};

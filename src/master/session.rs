@@ -218,6 +218,7 @@ impl<L: Link, C: Clock> Session<L, C> {
                 address,
                 match answer {
                     Answer::Silence
+                    | Answer::Urgent(_)
                     | Answer::ShortAcknowledge
                     | Answer::NothingToSay
                     | Answer::NotActivated
@@ -228,17 +229,30 @@ impl<L: Link, C: Clock> Session<L, C> {
         })
     }
 
-    /// Sends data from one SAP to another, and says what came back.
+    /// Sends data from one SAP to another, or without SAPs, and says what came back.
     pub(super) fn ask(
         &mut self,
         address: Address,
-        (dsap, ssap): (u8, u8),
+        saps: Option<(u8, u8)>,
         data: &[u8],
     ) -> Result<Answer, SessionError> {
-        self.inquiry.ask(address.number(), Question::Data { dsap, ssap, data: data.to_vec() });
+        self.inquiry.ask(address.number(), Question::Data { saps, data: data.to_vec() });
         let mut outcome = Answer::Silence;
         self.inquire(|_, answer| outcome = answer)?;
         Ok(outcome)
+    }
+
+    /// Lets the token go round for this time.
+    pub(super) fn pause(&mut self, time: Duration) -> Result<(), SessionError> {
+        let begun = self.now();
+        while let Some(left) = time.checked_sub(self.now().saturating_since(begun)) {
+            self.poll()?;
+            self.rest(left.min(LOOK), true)?;
+            if left.is_zero() {
+                break;
+            }
+        }
+        Ok(())
     }
 
     /// Whether this session has taken the slave over.
@@ -264,7 +278,8 @@ impl<L: Link, C: Clock> Session<L, C> {
                     StationType::MasterNotReady | StationType::MasterReady | StationType::MasterInRing,
                     _,
                 ) => Err(SessionError::Master { address }),
-                Answer::ShortAcknowledge
+                Answer::Urgent(_)
+                | Answer::ShortAcknowledge
                 | Answer::NothingToSay
                 | Answer::NotActivated
                 | Answer::NoResource => Err(SessionError::NoSlave { address }),

@@ -89,3 +89,95 @@ fn parameters_of_a_drive_of_profidrive_are_read_and_written_by_record_47() {
     let described = done(&emulator, &["param", "describe", "922", "--json"]);
     assert!(described.contains("\"parameter\":\"PNU 922\""), "{described}");
 }
+
+/// Raises a process alarm of slot 1 by HTTP.
+fn raise(emulator: &crate::panel::Emulator, data: &str) {
+    let alarm = json!({ "type": "process", "slot": 1, "specifier": "appears", "data": data });
+    let begun = std::time::Instant::now();
+    // Until the master has taken the slave over there is nobody who would read it.
+    while emulator.send("POST", "/api/v1/stations/7/alarms", &alarm).status != 201 {
+        assert!(begun.elapsed() < crate::panel::PATIENCE, "no alarm is taken");
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+}
+
+#[test]
+fn v1_r51_v1_r52_alarms_are_shown_and_acknowledged_over_a_terminal() {
+    let folder = tempfile::tempdir().unwrap();
+    let station = panel_records::station(folder.path());
+    let emulator = crate::panel::Emulator::with(&["--link", "pty", "--station", &station]);
+    let gsd = folder.path().join("v1.gsd");
+    let alarms = |more: &[&str]| {
+        let terminal = emulator.terminal();
+        let common = ["master", "--link", terminal.to_str().unwrap(), "--address", "7", "--gsd"];
+        let arguments =
+            [&common[..], &[gsd.to_str().unwrap(), "alarms", "--modules", "io", "--for", "1500ms"], more];
+        let arguments: Vec<_> = arguments.concat().into_iter().map(str::to_owned).collect();
+        std::thread::spawn(move || output(&arguments.iter().map(String::as_str).collect::<Vec<_>>()))
+    };
+    let shown = alarms(&[]);
+    raise(&emulator, "50");
+    let path = "/api/v1/stations/7/alarms";
+    let begun = std::time::Instant::now();
+    while emulator.get(path)["alarms"] != json!([]) {
+        assert!(begun.elapsed() < crate::panel::PATIENCE, "{}", emulator.get(path));
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    raise(&emulator, "51");
+    emulator.set(
+        "POST",
+        "/api/v1/stations/7/status-messages",
+        &json!({ "type": 1, "slot": 1, "data": "05" }),
+    );
+    let done = shown.join().unwrap();
+    assert_eq!(
+        (done.status.code(), String::from_utf8(done.stdout).unwrap().lines().collect::<Vec<_>>()),
+        (
+            Some(0),
+            vec![
+                "process alarm of slot 1 appears, number 0: 50; acknowledged",
+                "process alarm of slot 1 appears, number 0: 51; acknowledged",
+                "status message of slot 1: 05",
+            ]
+        ),
+        "{}",
+        String::from_utf8_lossy(&done.stderr)
+    );
+    // It is free for another master; this one leaves the alarm where it is.
+    let shown = alarms(&["--keep", "--json"]);
+    raise(&emulator, "52");
+    let done = shown.join().unwrap();
+    let out = String::from_utf8(done.stdout).unwrap();
+    let error = String::from_utf8(done.stderr).unwrap();
+    let told: Value = serde_json::from_str(out.trim()).unwrap_or_else(|_| panic!("{out} {error}"));
+    assert_eq!(
+        (&told["type"], &told["data"], &told["acknowledged"]),
+        (&json!(2), &json!("52"), &json!(false))
+    );
+}
+
+#[test]
+fn alarms_say_what_is_missing_and_who_owns_the_slave() {
+    let folder = tempfile::tempdir().unwrap();
+    let station = panel_records::station(folder.path());
+    let emulator = Emulator::start(&["--link", "tcp:127.0.0.1:0", "--station", &station]);
+    let gsd = folder.path().join("v1.gsd").display().to_string();
+    let plain = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/gsd/remote_io.gsd");
+    let modular = folder.path().join("modular.gsd").display().to_string();
+    let text = std::fs::read_to_string(&gsd).unwrap();
+    std::fs::write(&modular, text.replace("Module=", "Modular_Station=1\nMax_Module=2\nModule=")).unwrap();
+    for (arguments, code, words) in [
+        (&["alarms"][..], 2, "add --gsd FILE"),
+        (&["alarms", "--gsd", &modular], 2, "which modules has the slave? Add --modules; the file has io"),
+        (&["alarms", "--gsd", &gsd, "--modules", "oi"], 2, "there is no module 'oi'"),
+        (&["alarms", "--gsd", plain], 2, "the slave has no DP-V1"),
+    ] {
+        let (got, _, error) = said(&emulator, arguments);
+        assert!(got == Some(code) && error.contains(words), "{arguments:?}: {got:?} {error}");
+    }
+    let mut owner = RawMaster::new(emulator.link(), 2);
+    panel_records::start(&mut owner);
+    drop(owner);
+    let (got, _, error) = said(&emulator, &["alarms", "--gsd", &gsd, "--modules", "io", "--for", "1s"]);
+    assert!(got == Some(1) && error.contains("belongs to master 2"), "{got:?} {error}");
+}

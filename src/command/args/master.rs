@@ -51,7 +51,7 @@ pub(crate) struct Master {
     #[arg(long, global = true, value_name = "1..5", value_parser = ppo, display_order = 92)]
     pub(crate) ppo: Option<PpoType>,
 
-    /// The device file of the drive with --ppo; without it the customary configuration of the PPO
+    /// The device file of the drive with --ppo; without it the customary configuration of the PPO. That of the slave for alarms
     #[arg(long, global = true, value_name = "FILE", display_order = 92)]
     pub(crate) gsd: Option<PathBuf>,
 
@@ -145,6 +145,25 @@ Examples:
     Param {
         #[command(subcommand)]
         action: ParamAction,
+    },
+    /// Alarms and status messages of a slave of DP-V1, shown and acknowledged
+    ///
+    /// As the master of class 1: it takes the slave over with the modules of its device file, outputs of zero and DP-V1 enabled, shows
+    /// what comes with the diagnosis, and acknowledges alarms at SAP 51. Ctrl-C ends it and releases the slave.
+    #[command(after_help = "\
+Examples:
+  profidrive master --link /tmp/bus --address 7 --gsd V1.GSD alarms --modules \"8 DI,8 DO\"
+  profidrive master --link /tmp/bus --address 7 --gsd V1.GSD alarms --modules io --for 10s --json")]
+    Alarms {
+        /// The modules of the slave in the order of their slots, by their names in the device file; a compact slave has its own
+        #[arg(long, value_name = "NAME,..", default_value = "")]
+        modules: String,
+        /// Show alarms, do not acknowledge them
+        #[arg(long)]
+        keep: bool,
+        /// End after this time
+        #[arg(long = "for", value_name = "TIME", value_parser = time)]
+        limit: Option<Duration>,
     },
     /// Identification and maintenance of a slave of DP-V1: order number, serial number, versions
     #[command(after_help = "Example:\n  profidrive master --link /tmp/bus --address 7 im")]
@@ -360,7 +379,14 @@ impl Master {
             (self.parameters.is_some(), "--parameters"),
             (self.reference_speed.is_some(), "--reference-speed"),
         ];
-        if let Some((_, option)) = of_ppo.into_iter().find(|(given, _)| *given && self.ppo.is_none()) {
+        let for_alarms = matches!(self.action, Action::Alarms { .. });
+        let missing = |(given, option): &(bool, &str)| {
+            *given && self.ppo.is_none() && !(for_alarms && *option == "--gsd")
+        };
+        if for_alarms && self.gsd.is_none() {
+            return Err("the master of class 1 needs the device file of the slave; add --gsd FILE".into());
+        }
+        if let Some((_, option)) = of_ppo.into_iter().find(missing) {
             return Err(format!("{option} is for a drive of PROFIDRIVE version 2; add --ppo with 1 to 5"));
         }
         if self.gsd.is_some() && self.ident.is_some() {

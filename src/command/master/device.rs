@@ -82,6 +82,7 @@ pub(super) fn act(
         Action::Scan { .. }
         | Action::Diag
         | Action::Record { .. }
+        | Action::Alarms { .. }
         | Action::Param { .. }
         | Action::Im { .. } => not_here(),
     }

@@ -9,10 +9,12 @@
 //! | `confirm` | what somebody confirms before anything is sent |
 //! | `canopen` | what is done with a node of CANopen |
 //! | `ppo` | what is done with a drive of PROFIDRIVE version 2 |
+//! | `alarms` | alarms of a slave of DP-V1 |
 //! | `records` | records, parameters by record 47, identification of a slave of DP-V1 |
 //! | the others | one group of subcommands each |
 
 mod ag03;
+mod alarms;
 mod canopen;
 mod confirm;
 mod device;
@@ -76,6 +78,10 @@ fn dispatch(args: &Master) -> Result<(), Failure> {
     }
     if let Action::Param { action } = &args.action {
         return records::param(&mut session(args)?, address(args)?, action, args.json);
+    }
+    if let (Action::Alarms { modules, keep, limit }, Some(file)) = (&args.action, &args.gsd) {
+        let slave = alarms::slave(file, modules)?;
+        return alarms::alarms(&mut session(args)?, address(args)?, slave, (*keep, *limit), args.json);
     }
     if let Action::Im { block, slot } = &args.action {
         return records::identification(&mut session(args)?, address(args)?, (*slot, *block), args.json);

@@ -20,6 +20,9 @@ pub(crate) const MAX_BLOCK_DATA: usize = 62;
 
 const DEVICE: u8 = 0x00;
 const IDENTIFIER: u8 = 0x40;
+/// The bits of a header that say what kind of block it is; 0: device-related.
+pub(crate) const FORMAT: u8 = 0xC0;
+
 const CHANNEL: u8 = 0x80;
 const REVISION: u8 = 0xC0;
 const SIX_BITS: u8 = 0x3F;
@@ -177,6 +180,17 @@ impl ExtDiag {
         }
         self.len = len;
     }
+}
+
+/// The blocks of Slave_Diag behind its first six octets, each with its header. What is no block ends them.
+pub fn blocks(octets: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let mut rest = octets;
+    core::iter::from_fn(move || {
+        let len = Some(block_len(*rest.first()?)).filter(|len| *len != 0)?;
+        let (block, behind) = rest.split_at_checked(len)?;
+        rest = behind;
+        Some(block)
+    })
 }
 
 /// Octets of the block with this header.
@@ -353,6 +367,14 @@ const fn six_bits(what: &'static str, got: u8) -> Result<u8, BlockError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn blocks_are_split_until_one_is_cut_or_none() {
+        let split = |octets: &[u8]| blocks(octets).map(<[u8]>::len).collect::<heapless::Vec<_, 8>>();
+        assert_eq!(split(&[4, 2, 1, 1, 0x42, 7, 0x81, 2, 3, 0xC5]), [4, 2, 3, 1]);
+        assert_eq!(split(&[4, 2, 1]), [0_usize; 0]);
+        assert_eq!(split(&[0x42, 7, 0, 1]), [2]);
+    }
 
     const CHANNEL_63: Channel = Channel {
         module: 63,
