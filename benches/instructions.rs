@@ -8,6 +8,8 @@
 )]
 
 mod travelling;
+#[cfg(feature = "std")]
+mod turning;
 
 use core::time::Duration;
 use std::hint::black_box;
@@ -66,7 +68,36 @@ fn cycle_of_new_outputs(device: &mut Device, now: Instant) {
     device.handle_timeout(black_box(now));
 }
 
+/// Nodes of CAN: an SDO request up to its answer, a SYNC up to its TPDO.
+#[cfg(feature = "std")]
+mod node {
+    use super::turning::{Listed, SYNC};
+    use super::{CALLS, black_box};
+
+    #[inline(never)]
+    fn sdo_answer(device: &mut Listed) -> usize {
+        device.data(0x605, black_box(&[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]))
+    }
+
+    #[inline(never)]
+    fn sync_to_last_tpdo(device: &mut Listed) -> usize {
+        device.data(SYNC, black_box(&[]))
+    }
+
+    pub(super) fn run(name: &str) {
+        let mut device = Listed::named(name);
+        for _ in 0..CALLS {
+            assert_eq!(sdo_answer(&mut device), 1, "{name}");
+            assert!(sync_to_last_tpdo(&mut device) >= 1, "{name}");
+        }
+    }
+}
+
 fn main() {
+    #[cfg(feature = "std")]
+    if let Some(name) = std::env::args().nth(1) {
+        return node::run(&name);
+    }
     let octets = exchange(0x7D, 0x7B);
     let Decoded::Telegram { telegram: ours, .. } = decode(&octets) else { panic!() };
     let (theirs, _) = profirust::fdl::Telegram::deserialize(&octets).unwrap().unwrap();

@@ -28,7 +28,7 @@ count() {
     shift 2
     total=$(valgrind --tool=callgrind --callgrind-out-file=/dev/null --toggle-collect="$function" "$@" 2>&1 |
         awk '/Collected/ { print $4 }')
-    printf '%s %d\n' "${function##*::}" $((total / calls))
+    printf '%s %d\n' "${node:+${node}_}${function##*::}" $((total / calls))
 }
 
 calls=$(program instructions "$@")
@@ -37,6 +37,12 @@ counts=$(
     for path in decode_profidrive decode_profirust encode_profidrive encode_profirust turnaround application_cycle cycle_of_new_outputs; do
         count "instructions::$path" 1000 "$calls"
     done
+    # The nodes of CAN, and a drive from a file.
+    for node in ag03-1 ap10 asda-a2 eds; do
+        count instructions::node::sdo_answer 1000 "$calls" "$node"
+        count instructions::node::sync_to_last_tpdo 1000 "$calls" "$node"
+    done
+    node=
     # 8 rounds of 125 drives.
     count full_bus::counted_rounds 1000 "$bus" --bench --count 8
 )

@@ -48,10 +48,10 @@ impl<'a> Key<'a> {
 /// The sections of a text. A section or a key that is there twice is one: the last value that is not blank holds.
 pub(super) fn sections<'a>(text: &'a str, hints: &mut Vec<Hint>) -> Vec<Section<'a>> {
     let mut sections: Vec<Section<'a>> = Vec::new();
-    // Sections by name, keys of each by name: real files have thousands.
+    // By name: real files have thousands of sections.
     let mut known: HashMap<String, usize> = HashMap::new();
     let mut current: Option<usize> = None;
-    let mut keys: HashMap<(usize, String), usize> = HashMap::new();
+    let mut keys = Places::default();
     let mut warn = |place, text| hints.push(Hint { place, level: Level::Warning, text });
     for (line, number) in physical_lines(text).zip(1..) {
         let start = line.trim_start();
@@ -69,7 +69,7 @@ pub(super) fn sections<'a>(text: &'a str, hints: &mut Vec<Hint>) -> Vec<Section<
             if !(behind.is_empty() || behind.starts_with([';', '#'])) {
                 warn(place, format!("text behind [{name}] is ignored"));
             }
-            let at = *known.entry(name.to_lowercase()).or_insert_with(|| {
+            let at = *known.entry(name.to_ascii_lowercase()).or_insert_with(|| {
                 sections.push(Section { name, place, keys: Vec::new() });
                 sections.len() - 1
             });
@@ -93,7 +93,7 @@ pub(super) fn sections<'a>(text: &'a str, hints: &mut Vec<Hint>) -> Vec<Section<
             continue;
         };
         let key = Key { name, value, place };
-        let before = keys.get(&(at, name.to_lowercase())).and_then(|place| section.keys.get_mut(*place));
+        let before = keys.place(at, section, name).and_then(|place| section.keys.get_mut(place));
         match before {
             Some(before) => {
                 let first = before.place.line;
@@ -106,12 +106,38 @@ pub(super) fn sections<'a>(text: &'a str, hints: &mut Vec<Hint>) -> Vec<Section<
                 warn(place, text);
             }
             None => {
-                keys.insert((at, name.to_lowercase()), section.keys.len());
                 section.keys.push(key);
+                keys.add(at, section);
             }
         }
     }
     sections
+}
+
+/// Where the keys of sections with many of them are, by name: of lists of objects. Those of an object are few.
+#[derive(Default)]
+struct Places(HashMap<(usize, String), usize>);
+
+impl Places {
+    const FEW: usize = 32;
+
+    fn place(&self, at: usize, section: &Section<'_>, name: &str) -> Option<usize> {
+        if section.keys.len() < Self::FEW {
+            section.keys.iter().position(|key| key.name.eq_ignore_ascii_case(name))
+        } else {
+            self.0.get(&(at, name.to_ascii_lowercase())).copied()
+        }
+    }
+
+    /// The section has one key more.
+    fn add(&mut self, at: usize, section: &Section<'_>) {
+        let len = section.keys.len();
+        if len >= Self::FEW {
+            let first = if len == Self::FEW { 0 } else { len - 1 };
+            let added = section.keys.iter().enumerate().skip(first);
+            self.0.extend(added.map(|(place, key)| ((at, key.name.to_ascii_lowercase()), place)));
+        }
+    }
 }
 
 /// Lines end with CR LF, LF or CR.
@@ -174,5 +200,19 @@ mod tests {
             ]
         );
         assert_eq!((sections.len(), sections[0].text("K")), (1, "2"));
+    }
+
+    #[test]
+    fn a_key_twice_is_found_among_few_and_among_many() {
+        for count in [2, 31, 32, 33, 40, 100] {
+            let keys: String = (0..count).map(|number| format!("Key{number}={number}\n")).collect();
+            for twice in [0, count / 2, count - 1] {
+                let text = format!("[A]\n{keys}[B]\n{keys}KEY{twice}=x\nnew=1\n");
+                let (sections, hints) = read(&text);
+                assert_eq!(hints.len(), 1, "{hints:?}");
+                assert_eq!(sections[1].text(&format!("key{twice}")), "x");
+                assert_eq!([sections[0].keys.len(), sections[1].keys.len()], [count, count + 1]);
+            }
+        }
     }
 }

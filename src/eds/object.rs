@@ -76,7 +76,7 @@ pub struct Entry {
     /// UploadFile or DownloadFile: the file with the contents of a domain, in the folder of this one.
     pub file: Option<String>,
     /// Its section.
-    pub(super) place: Place,
+    pub(crate) place: Place,
 }
 
 impl Entry {

@@ -5,8 +5,6 @@ mod lists;
 mod objects;
 mod values;
 
-use std::collections::HashMap;
-
 use super::lines::{self, Key, Section};
 use super::{Eds, MAX_FILE_LEN, ReadError, check, number};
 use crate::device_file::{CodePage, Hint, Level, Place, Utf16, decode};
@@ -25,7 +23,7 @@ pub(super) fn read(octets: &[u8]) -> Result<Eds, ReadError> {
     if sections.is_empty() {
         return Err(if text.lines().any(is_gsd) { ReadError::Gsd } else { ReadError::NoSection });
     }
-    let mut reader = Reader { code_page, sections: Sections::new(&sections), hints };
+    let mut reader = Reader { code_page, sections: Sections(&sections), hints };
     let mut objects = reader.objects(&sections)?;
     reader.lists(&mut objects);
     let mut eds = Eds {
@@ -50,19 +48,13 @@ fn is_gsd(line: &str) -> bool {
     line.trim_start().get(..HEADER.len()).is_some_and(|start| start.eq_ignore_ascii_case(HEADER))
 }
 
-/// The sections by name.
-struct Sections<'a> {
-    by_name: HashMap<String, &'a Section<'a>>,
-}
+/// The sections of the file.
+struct Sections<'a>(&'a [Section<'a>]);
 
 impl<'a> Sections<'a> {
-    fn new(sections: &'a [Section<'a>]) -> Self {
-        Self { by_name: sections.iter().map(|section| (section.name.to_lowercase(), section)).collect() }
-    }
-
-    /// In any case.
+    /// The one with that name in any case.
     fn named(&self, name: &str) -> Option<&'a Section<'a>> {
-        self.by_name.get(&name.to_lowercase()).copied()
+        self.0.iter().find(|section| section.name.eq_ignore_ascii_case(name))
     }
 }
 

@@ -147,15 +147,19 @@ impl Application for FromEds {
     }
 
     fn read_by_client(&mut self, at: Address) {
-        if let Ok((_, Row { role: Role::Io(point), .. })) = self.row(at) {
+        if let Behaviour::Io(_) = self.behaviour
+            && let Ok((_, Row { role: Role::Io(point), .. })) = self.row(at)
+        {
             self.io_read(*point);
         }
     }
 
     fn tells_changes(&self, at: Address) -> bool {
-        match (self.row(at).map(|(_, row)| row.role), &self.behaviour) {
-            (Ok(Role::Io(point)), Behaviour::Io(_)) => point.is_input(),
-            (_, _) => false,
+        match &self.behaviour {
+            Behaviour::Io(_) => {
+                matches!(self.row(at), Ok((_, Row { role: Role::Io(point), .. })) if point.is_input())
+            }
+            Behaviour::Memory | Behaviour::Drive(_) | Behaviour::Encoder(_) => false,
         }
     }
 

@@ -1,6 +1,6 @@
 //! Nodes that a file describes: each file is read once, and its tables are held until the program ends.
 
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use super::{Choice, Choices, DEVICES, Device, Wrong};
@@ -56,7 +56,9 @@ impl NodeFile {
         for hint in eds.hints.iter().filter(|hint| hint.level == Level::Warning) {
             tracing::warn!("{}: {hint}", file.display());
         }
-        read_domains(&mut eds, file)?;
+        for odd in read_domains(&mut eds, file) {
+            tracing::warn!("{}: {odd}", file.display());
+        }
         for added in eds.complete() {
             tracing::info!("{}: {added}", file.display());
         }
@@ -154,15 +156,25 @@ fn cost(eds: &Eds, file: usize) -> usize {
     })
 }
 
-/// The contents of domains that are files beside this one.
-fn read_domains(eds: &mut Eds, file: &Path) -> Result<(), String> {
+/// The contents of domains that are files beside this one; says which stay empty, and why. A file that comes from elsewhere
+/// must not show what is not its own.
+fn read_domains(eds: &mut Eds, file: &Path) -> Vec<String> {
+    let folder = file.parent().unwrap_or(Path::new(""));
+    let mut odd = Vec::new();
     for entry in eds.objects.values_mut().flat_map(|object| object.entries.values_mut()) {
-        if let Some(name) = &entry.file {
-            let path = file.parent().unwrap_or(Path::new("")).join(name);
-            entry.content = Content::Octets(domain_of_file(&path)?);
+        let Some(name) = &entry.file else { continue };
+        let is_beside = Path::new(name).components().all(|part| matches!(part, Component::Normal(_)));
+        let read = if is_beside {
+            domain_of_file(&folder.join(name))
+        } else {
+            Err(format!("'{name}' is not in the folder of this file"))
+        };
+        match read {
+            Ok(octets) => entry.content = Content::Octets(octets),
+            Err(why) => odd.push(format!("{}: {why}: the domain is empty", entry.place)),
         }
     }
-    Ok(())
+    odd
 }
 
 #[cfg(test)]
@@ -194,5 +206,33 @@ mod tests {
                 "1016h has 9 entries: the first 8 supervise a node"
             ]
         );
+    }
+
+    #[test]
+    fn a_domain_is_a_file_of_the_same_folder_or_empty() {
+        let outside = tempfile::tempdir().unwrap();
+        let folder = outside.path().join("machine");
+        std::fs::create_dir(&folder).unwrap();
+        std::fs::write(folder.join("program.bin"), b"program").unwrap();
+        std::fs::write(outside.path().join("secret.bin"), b"secret").unwrap();
+        let absolute = outside.path().join("secret.bin").display().to_string();
+        let names = ["program.bin", "absent.bin", "../secret.bin", &absolute];
+        let text: String = (0x2000..)
+            .zip(names)
+            .map(|(index, name)| {
+                format!("[{index:X}]\nObjectType=2\nDataType=15\nAccessType=ro\nUploadFile={name}\n")
+            })
+            .collect();
+        let mut eds = Eds::read(text.as_bytes()).unwrap();
+        let odd = read_domains(&mut eds, &folder.join("node.dcf"));
+        let held = |index| eds.entry(index, 0).unwrap().content.clone();
+        assert_eq!(held(0x2000), Content::Octets(b"program".to_vec()));
+        assert_eq!([held(0x2001), held(0x2002), held(0x2003)], [Content::None, Content::None, Content::None]);
+        assert_eq!(odd.len(), 3, "{odd:?}");
+        assert!(
+            odd[0].starts_with("line 6, column 1: cannot read") && odd[0].ends_with(": the domain is empty")
+        );
+        let why = "line 11, column 1: '../secret.bin' is not in the folder of this file: the domain is empty";
+        assert_eq!(odd[1], why);
     }
 }
