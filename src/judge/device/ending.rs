@@ -26,6 +26,11 @@ pub enum Ending {
         /// The row that was tried.
         during: &'static str,
     },
+    /// The device could not be brought back to where a row begins.
+    Stuck {
+        /// The row that was tried.
+        during: &'static str,
+    },
     /// The line no longer works.
     Broken {
         /// What the operating system says of it.
@@ -43,6 +48,7 @@ impl Conclusion for Ending {
             Self::Done => Standing::Tried,
             Self::NoDevice | Self::NoExchange { .. } => Standing::Nothing,
             Self::Died { .. }
+            | Self::Stuck { .. }
             | Self::Babbles { .. }
             | Self::Broken { .. }
             | Self::TimeOver
@@ -60,6 +66,9 @@ impl fmt::Display for Ending {
             Self::Died { during } => write!(f, "the device said nothing more when {during} was tried"),
             Self::Babbles { during } => {
                 write!(f, "the device sent without end and without being asked when {during} was tried")
+            }
+            Self::Stuck { during } => {
+                write!(f, "the device could not be brought back to its beginning after {during} was tried")
             }
             Self::Broken { why } => write!(f, "the line no longer works: {why}"),
             Self::TimeOver => f.write_str("the time for the judgement was over"),

@@ -26,6 +26,9 @@ pub(super) trait Trial: Table {
     /// Brings the device to where each row begins.
     fn settle(&mut self) -> Course;
 
+    /// Waits until the device says nothing more.
+    fn calm(&mut self) -> Course;
+
     /// Why nothing more may be tried: the time is over, somebody stopped it.
     fn must_end(&self) -> Option<Ending>;
 
@@ -174,16 +177,32 @@ impl<P: Trial> Run<P> {
     fn judged(&mut self, device: &mut P, row: Row<P>, course: Course, tries: bool) -> JudgementOf<Row<P>> {
         let mut judgement = self.verdict(device, row, course);
         if tries && self.ending.is_none() {
-            let settled = device.settle();
             // What a row has left behind is its own.
-            if judgement.verdict != Verdict::Fail {
-                judgement = match settled {
-                    Ok(()) => judgement,
-                    Err(halt) => self.verdict(device, row, Err(halt.behind())),
-                };
+            if let Err(halt) = device.settle() {
+                let behind = self.verdict(device, row, Err(halt.behind()));
+                if judgement.verdict != Verdict::Fail {
+                    judgement = behind;
+                }
+                self.bring_back(device, row);
             }
         }
         judgement
+    }
+
+    /// Once more, after some silence: or nothing more can be said.
+    fn bring_back(&mut self, device: &mut P, row: Row<P>) {
+        let during = row.id();
+        match device.calm().and_then(|()| device.settle()) {
+            Ok(()) => {}
+            Err(Halt::Over(Ending::Babbles { .. })) => self.end(Ending::Babbles { during }),
+            Err(Halt::Over(ending @ (Ending::Broken { .. } | Ending::Stopped | Ending::TimeOver))) => {
+                self.end(ending);
+            }
+            Err(Halt::Over(_)) => self.end(Ending::Died { during }),
+            Err(Halt::Broken { .. } | Halt::Missed(_) | Halt::Inapplicable(_)) => {
+                self.end(Ending::Stuck { during });
+            }
+        }
     }
 
     fn verdict(&mut self, device: &mut P, row: Row<P>, course: Course) -> JudgementOf<Row<P>> {
@@ -207,6 +226,7 @@ impl<P: Trial> Run<P> {
                     Ending::Died { .. } | Ending::NoDevice => (Ending::Died { during }, true),
                     Ending::Babbles { .. } => (Ending::Babbles { during }, true),
                     Ending::Done
+                    | Ending::Stuck { .. }
                     | Ending::NoExchange { .. }
                     | Ending::Broken { .. }
                     | Ending::TimeOver

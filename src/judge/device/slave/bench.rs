@@ -12,6 +12,7 @@ use crate::judge::device::{Attendant, Ending};
 use crate::judge::moment::{Moment, Side, Telegram, explained};
 use crate::profibus::dp::DiagBit;
 use crate::profibus::dp::{IoLengths, Service};
+use crate::profibus::fdl::station::DEFAULT_MIN_TSDR;
 use crate::profibus::fdl::{Address, FrameCount, ReplyStatus, Service as FdlService};
 use crate::time::Instant;
 
@@ -47,6 +48,8 @@ pub struct Bench {
     pub(super) first: Option<Diagnosis>,
     /// The last reply, as octets.
     pub(super) last_reply: Vec<u8>,
+    /// Who asked for it, and what.
+    last_asked: Option<(u8, Option<u8>)>,
     /// min T_SDR as it was set last, in bit times.
     pub(super) min_tsdr: u16,
     /// What the outputs are while the inputs follow them.
@@ -79,6 +82,7 @@ impl Bench {
             lengths: IoLengths::default(),
             first: None,
             last_reply: Vec::new(),
+            last_asked: None,
             min_tsdr: 11,
             frozen_outputs: None,
             begun,
@@ -168,9 +172,9 @@ impl Bench {
     /// It did not answer: whether it is still there.
     pub(super) fn silent<T>(&mut self, name: &str) -> Course<T> {
         let shown = self.shown();
-        let status = Request::status(self.slave(), self.owner());
-        for _ in 0..PROBES {
-            if self.exchange_octets(status.sa, &status.octets())?.is_some() {
+        let probes = self.probes();
+        for probe in (0..PROBES).flat_map(|_| &probes) {
+            if self.exchange_octets(probe.sa, &probe.octets())?.is_some() {
                 self.forget_count(self.owner());
                 self.forget_count(self.other());
                 return Err(Halt::Broken { why: format!("{name} is not answered"), shown: Some(shown) });
@@ -273,7 +277,12 @@ impl Bench {
     fn notice(&mut self, request: &Request, octets: &[u8], after: core::time::Duration) {
         let shown = |bench: &Self| bench.last_shown();
         self.notes.occasion("S-F14");
-        if let Some(why) = misformed(request, octets) {
+        self.notes.occasion("S-T02");
+        // The reply to another request says that a retry was seen: rows of the frame count bit.
+        let asked = (request.sa, request.dsap);
+        let is_other = self.last_asked.replace(asked) != Some(asked);
+        let is_old = is_other && self.last_reply == octets;
+        if let Some(why) = misformed(request, octets).filter(|_| !is_old) {
             let telegrams = shown(self);
             self.notes.breach("S-F14", || (format!("the reply to {}: {why}", request.name()), telegrams));
         }
@@ -283,7 +292,8 @@ impl Bench {
         }
         let slot = self.wire.slot();
         let late = after > slot;
-        let least = self.wire.baud.bit_times(self.min_tsdr.into());
+        // Later ones that Set_Prm asked for are judged by S-P07.
+        let least = self.wire.baud.bit_times(DEFAULT_MIN_TSDR.into());
         let most = self.max_tsdr();
         let (row, is_broken) = match self.wire.sight {
             Sight::Untimed => ("S-T03", late),

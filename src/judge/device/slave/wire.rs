@@ -182,6 +182,19 @@ impl Wire {
         self.pass(self.now().saturating_add(time))
     }
 
+    /// Waits until nobody has said anything for a while.
+    pub(super) fn calm(&mut self) -> Course {
+        let mut sendings = 0;
+        while let Some(heard) = self.hear(self.now().saturating_add(self.slot * LATE))? {
+            self.unasked.push(heard);
+            sendings += 1;
+            if sendings > MOST_UNASKED {
+                return Err(Halt::Over(Ending::Babbles { during: "" }));
+            }
+        }
+        Ok(())
+    }
+
     /// What comes within the slot time, or late.
     pub(super) fn reply(&mut self) -> Course<Option<Heard>> {
         let end = self.idle_since;

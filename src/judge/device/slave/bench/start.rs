@@ -14,7 +14,7 @@ use crate::judge::device::slave::wire::Sight;
 use crate::judge::moment::Telegram;
 use crate::profibus::dp::DiagBit;
 use crate::profibus::dp::{IoLengths, Service};
-use crate::profibus::fdl::ReplyStatus;
+use crate::profibus::fdl::{FrameCount, ReplyStatus};
 use crate::time::Instant;
 
 /// A slave that was just started, or searches for the rate, is looked for so long.
@@ -76,6 +76,10 @@ impl Trial for Bench {
         self.release()
     }
 
+    fn calm(&mut self) -> Course {
+        self.wire.calm()
+    }
+
     fn must_end(&self) -> Option<Ending> {
         let over = |limit: &Duration| self.wire.now().saturating_since(self.begun) >= *limit;
         if self.wire.is_stopped() {
@@ -117,6 +121,13 @@ impl Trial for Bench {
 }
 
 impl Bench {
+    /// What every slave answers.
+    pub(super) fn probes(&self) -> [Request; 2] {
+        let (slave, owner) = (self.slave(), self.owner());
+        let diag = Request::of(slave, owner, Service::SlaveDiag, FrameCount::First, &[]);
+        [Request::status(slave, owner), diag]
+    }
+
     /// To WAIT-PRM, whoever owns it. What does not lead there is found by the rows about it.
     pub(in super::super) fn release(&mut self) -> Course {
         for sa in [self.owner(), self.other()] {
@@ -148,10 +159,11 @@ impl Bench {
     /// Asks for its FDL status until it answers.
     pub(super) fn look(&mut self) -> Course {
         let begun = self.wire.now();
-        let status = Request::status(self.slave(), self.owner());
         loop {
-            if self.ask(&status)? != Answer::Silence {
-                return Ok(());
+            for probe in self.probes() {
+                if self.ask(&probe)? != Answer::Silence {
+                    return Ok(());
+                }
             }
             if self.must_end().is_some() || self.wire.now().saturating_since(begun) >= LOOKS {
                 return Err(Halt::Over(self.must_end().unwrap_or(Ending::NoDevice)));
@@ -185,7 +197,7 @@ impl Bench {
     pub(in super::super) fn start_with(&mut self, prm: &Prm) -> Course {
         self.set_prm(prm)?;
         let diagnosis = self.diag()?;
-        if diagnosis.is(DiagBit::PrmReq) || diagnosis.is(DiagBit::PrmFault) {
+        if diagnosis.is(DiagBit::PrmReq) {
             return broken(format!("Set_Prm is not accepted: {}", diagnosis.words()));
         }
         self.chk_cfg()?;
@@ -229,8 +241,7 @@ impl Bench {
         let begun = self.wire.now();
         loop {
             let diagnosis = self.diag()?;
-            let faults = [DiagBit::CfgFault, DiagBit::PrmFault, DiagBit::PrmReq];
-            if faults.iter().any(|bit| diagnosis.is(*bit)) {
+            if diagnosis.is(DiagBit::PrmReq) {
                 return broken(format!("Chk_Cfg is not accepted: {}", diagnosis.words()));
             }
             if !diagnosis.is(DiagBit::StationNotReady) && !diagnosis.is(DiagBit::StatDiag) {

@@ -8,7 +8,7 @@ use crate::judge::device::slave::answer::Answer;
 use crate::judge::device::slave::request::Request;
 use crate::judge::requirement::Confidence::B;
 use crate::profibus::dp::Service;
-use crate::profibus::fdl::ReplyStatus;
+use crate::profibus::fdl::{FrameCount, ReplyStatus};
 
 pub(super) const GROUP: Group<Bench> = Group {
     title: "Set_Slave_Add",
@@ -24,7 +24,7 @@ pub(super) const GROUP: Group<Bench> = Group {
             "S-A02",
             "a wrong ident number, address 126 or 127, and any in data exchange: no change",
             "only in WAIT-PRM, the ident number must match, else no change (6.4)",
-            &["S-X01"],
+            &["S-X01", "S-F02", "S-C07", "S-K06"],
             By::Trial(a02),
         ),
         row(
@@ -97,9 +97,10 @@ fn may_change(bench: &mut Bench) -> Course {
 
 /// Somebody answers at this address.
 fn answers_at(bench: &mut Bench, address: u8) -> Course<bool> {
-    let status = Request::status(address, bench.owner());
-    let heard = bench.exchange_octets(status.sa, &status.octets())?;
-    Ok(heard.is_some_and(|heard| Answer::of(&heard.octets).is_status(ReplyStatus::Ok)))
+    let request = Request::of(address, bench.owner(), Service::SlaveDiag, FrameCount::First, &[]);
+    bench.forget_count(bench.owner());
+    let heard = bench.exchange_octets(request.sa, &request.octets())?;
+    Ok(heard.is_some_and(|heard| matches!(Answer::of(&heard.octets), Answer::Data(..))))
 }
 
 /// It is where it was, and nowhere else.
@@ -202,7 +203,9 @@ fn a05(bench: &mut Bench) -> Course {
     }
     let (home, to) = (bench.slave(), bench.setup.nobody());
     goes(bench, to, false)?;
-    let course = match bench.attend("power-cycle") {
+    let cycled = bench.attend("power-cycle");
+    bench.pause(core::time::Duration::from_millis(1))?;
+    let course = match cycled {
         Ok(_) if answers_at(bench, to)? => Ok(()),
         Ok(_) => {
             bench.move_to(home);

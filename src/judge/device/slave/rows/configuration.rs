@@ -16,7 +16,7 @@ pub(super) const GROUP: Group<Bench> = Group {
             "S-G02",
             "a configuration with a wrong octet, too short, too long, empty: Cfg_Fault, then it waits for Set_Prm",
             "the reply is SC in all cases; mismatch: Cfg_Fault = 1, back to WAIT-PRM (6.1)",
-            &["S-G01"],
+            &["S-X01"],
             By::Trial(g02),
         ),
         softer(
@@ -24,7 +24,7 @@ pub(super) const GROUP: Group<Bench> = Group {
                 "S-G03",
                 "Chk_Cfg before Set_Prm: no change of state",
                 "in WAIT-PRM Chk_Cfg is closed (4.1)",
-                &["S-G01"],
+                &["S-G01", "S-D02"],
                 By::Trial(g03),
             ),
             1,
@@ -34,14 +34,14 @@ pub(super) const GROUP: Group<Bench> = Group {
             "S-G04",
             "Chk_Cfg of another master: nothing changes for its master",
             "Chk_Cfg is for the owner; else RS (4.1)",
-            &["S-X01"],
+            &["S-X01", "S-D02"],
             By::Trial(g04),
         ),
         row(
             "S-G05",
             "Chk_Cfg in data exchange: a good one leaves it there, a bad one leads to Cfg_Fault and WAIT-PRM",
             "match: stays in DATA-EXCH; mismatch: Cfg_Fault, Leave-Master (7 rows 20 and 21)",
-            &["S-X01"],
+            &["S-X01", "S-G02"],
             By::Trial(g05),
         ),
         row(
@@ -62,7 +62,7 @@ pub(super) const GROUP: Group<Bench> = Group {
             "S-G08",
             "Get_Cfg gives the configuration in each state, to any master",
             "Get_Cfg returns the actual configuration, in any state, to anybody (4.1, 6.1)",
-            &["S-X01"],
+            &["S-X01", "S-C01", "S-C02"],
             By::Trial(g08),
         ),
         softer(
@@ -137,6 +137,11 @@ fn g02(bench: &mut Bench) -> Course {
         bench.acknowledged(Service::ChkCfg, &cfg)?;
         is_fault(bench, &format!("a Chk_Cfg {what}"))?;
     }
+    bench.must_start()?;
+    if bench.diag()?.is(DiagBit::CfgFault) {
+        return broken("Cfg_Fault is 1 after a good Chk_Cfg");
+    }
+    bench.release()?;
     // What an empty one is answered with is open.
     bench.set_prm(&prm)?;
     bench.serve(bench.owner(), Service::ChkCfg, &[])?;

@@ -96,7 +96,7 @@ pub(super) const GROUP: Group<Bench> = Group {
             "S-S11",
             "Sync and Freeze end when the slave leaves its master",
             "Leave-Master, power-on, new WAIT-PRM: Sync and Freeze modes end (6.3)",
-            &["S-S05"],
+            &["S-S05", "S-P04"],
             By::Trial(s11),
         ),
     ],
@@ -177,7 +177,7 @@ fn inputs_become(bench: &mut Bench, seed: u8) -> Course<Vec<u8>> {
 fn settled(bench: &mut Bench) -> Course<Vec<u8>> {
     let outputs = bench.frozen_outputs.map_or_else(|| bench.zeros(), |seed| bench.pattern(seed));
     let mut inputs = Vec::new();
-    for _ in 0..3 {
+    for _ in 0..6 {
         inputs = bench.exchanged(&outputs)?;
     }
     Ok(inputs)

@@ -58,32 +58,25 @@ pub(super) const GROUP: Group<Bench> = Group {
         ),
         row(
             "S-K06",
-            "without Fail_Safe in the file, Data_Exchange without outputs is a wrong length",
-            "a slave without Fail_Safe treats the empty frame as a wrong length (6.3)",
-            &["S-X02"],
+            "Set_Slave_Add_supp: the service is there",
+            "with Set_Slave_Add_supp the SAP is open in WAIT-PRM (6.4, 14)",
+            &[],
             By::Trial(k06),
         ),
         row(
             "S-K07",
-            "Set_Slave_Add_supp: the service is there",
-            "with Set_Slave_Add_supp the SAP is open in WAIT-PRM (6.4, 14)",
-            &[],
-            By::Trial(k07),
-        ),
-        row(
-            "S-K08",
             "the rate at which it is judged is one of the file",
             "<rate>_supp (14)",
             &[],
-            By::Trial(k08),
+            By::Trial(k07),
         ),
         softer(
             row(
-                "S-K09",
+                "S-K08",
                 "each configuration of modules of the file that is tried is accepted",
                 "a modular slave checks each module against what is plugged (6.1)",
                 &["S-G01"],
-                By::Trial(k09),
+                By::Trial(k08),
             ),
             2,
             C,
@@ -217,19 +210,6 @@ fn k05(bench: &mut Bench) -> Course {
 
 fn k06(bench: &mut Bench) -> Course {
     let gsd = file(bench)?;
-    if gsd.flags.fail_safe || gsd.flags.fail_safe_required {
-        return inapplicable("the file has Fail_Safe");
-    }
-    if bench.lengths.outputs == 0 {
-        return inapplicable("the slave has no outputs");
-    }
-    bench.start()?;
-    bench.serve(bench.owner(), Service::DataExchange, &[])?;
-    bench.waits_for_prm("a Data_Exchange without outputs").map(|_| ())
-}
-
-fn k07(bench: &mut Bench) -> Course {
-    let gsd = file(bench)?;
     if !gsd.flags.set_slave_add {
         return inapplicable("the file has no Set_Slave_Add_supp");
     }
@@ -242,7 +222,7 @@ fn k07(bench: &mut Bench) -> Course {
     Ok(())
 }
 
-fn k08(bench: &mut Bench) -> Course {
+fn k07(bench: &mut Bench) -> Course {
     let gsd = file(bench)?;
     if bench.wire.sight == Sight::Untimed {
         return inapplicable("there is no rate on this link");
@@ -256,7 +236,7 @@ fn k08(bench: &mut Bench) -> Course {
 /// So many modules are tried one by one.
 const MODULES: usize = 12;
 
-fn k09(bench: &mut Bench) -> Course {
+fn k08(bench: &mut Bench) -> Course {
     let gsd = file(bench)?;
     if !gsd.is_modular() || !bench.setup.modules.is_empty() {
         return inapplicable("the slave has the modules that it has");

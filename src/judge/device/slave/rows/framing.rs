@@ -59,14 +59,14 @@ pub(super) const GROUP: Group<Bench> = Group {
             "S-F07",
             "a broken telegram, T_SYN, a good one: the good one is answered",
             "T_SYN of idle line begins a request, whatever came before (1)",
-            &["S-F01"],
+            &["S-F01", "S-F03"],
             By::Trial(f07),
         ),
         row(
             "S-F09",
             "single octets 10, 68, A2, DC, E5, then idle line, then a good telegram: it is answered",
             "noise is dropped, and the next request after T_SYN is heard (1)",
-            &["S-F01"],
+            &["S-F07"],
             By::Trial(f09),
         ),
         softer(
@@ -144,6 +144,8 @@ fn none_is_taken(bench: &mut Bench, what: &str, broken_so: impl Fn(&[u8]) -> Vec
         bench.unanswered(bench.owner(), &broken_so(&octets), &name)?;
         bench.wire.recover()?;
     }
+    // Whether this one is heard S-F07 judges.
+    bench.ask(&Request::status(bench.slave(), bench.owner()))?;
     bench.still_exchanges(&format!("telegrams with {what}"))
 }
 
@@ -183,6 +185,7 @@ fn f05(bench: &mut Bench) -> Course {
         bench.unanswered(owner, &octets, &format!("a telegram with {what}"))?;
         bench.wire.recover()?;
     }
+    bench.ask(&Request::status(slave, owner))?;
     bench.still_exchanges("telegrams with wrong lengths")
 }
 

@@ -13,7 +13,7 @@ pub(super) const GROUP: Group<Bench> = Group {
             "S-P01",
             "Set_Prm with watchdog: SC, then 02 0C and the master in the diagnosis",
             "all good: Master_Add = SA, watchdog on, Prm_Req and Prm_Fault 0, to WAIT-CFG (5.2 step 10)",
-            &[],
+            &["S-K01"],
             By::Trial(p01),
         ),
         row(

@@ -20,7 +20,7 @@ pub(super) const GROUP: Group<Bench> = Group {
             "S-W01",
             "its master stops, watchdog on: it leaves its master, with outputs cleared",
             "expiry: Leave-Master, outputs cleared, to WAIT-PRM (7 row 15, 8)",
-            &["S-X01"],
+            &["S-X01", "S-D01"],
             By::Trial(w01),
         ),
         row(
@@ -34,7 +34,7 @@ pub(super) const GROUP: Group<Bench> = Group {
             "S-W03",
             "traffic of other masters, and to other slaves, does not feed the watchdog",
             "the watchdog is fed by telegrams of Master_Add, not of others (8)",
-            &["S-W01"],
+            &["S-W01", "S-F02"],
             By::Trial(w03),
         ),
         row(
@@ -55,7 +55,7 @@ pub(super) const GROUP: Group<Bench> = Group {
             "S-W06",
             "the line is away for less than the watchdog: it goes on; for more: it is started again",
             "DX resumes without parameterisation before expiry; after it a new start-up (8)",
-            &["S-W01"],
+            &["S-W04"],
             By::Trial(w06),
         ),
         softer(
@@ -63,7 +63,7 @@ pub(super) const GROUP: Group<Bench> = Group {
                 "S-W07",
                 "watchdog off: another master takes it over only after it was released",
                 "locked by a different master: no effect, however long that is silent (5.2 step 2)",
-                &["S-P08"],
+                &["S-P08", "S-P09"],
                 By::Trial(w07),
             ),
             2,
