@@ -49,6 +49,18 @@ impl Line {
         self.hear(&telegram(da, master, FunctionCode::request(service, FrameCount::First), dsap, &[]));
     }
 
+    /// A request of `master` with data to station `da`.
+    pub(crate) fn send(&mut self, master: u8, da: u8, dsap: Option<u8>, data: &[u8]) {
+        let function = FunctionCode::request(Service::SrdHigh, FrameCount::First);
+        self.hear(&telegram(da, master, function, dsap, data));
+    }
+
+    /// A Global_Control to all.
+    pub(crate) fn control(&mut self, master: u8, data: &[u8]) {
+        let function = FunctionCode::request(Service::SdnHigh, FrameCount::Unused);
+        self.hear(&telegram(127, master, function, Some(58), data));
+    }
+
     /// What has happened, without detail.
     pub(crate) fn texts(&mut self) -> Vec<String> {
         let news = core::iter::from_fn(|| self.bus.poll_event());
@@ -64,7 +76,7 @@ impl Line {
 #[test]
 fn requests_to_an_address_where_nobody_is_are_said_with_who_is_there() {
     let mut line = Line::with(&[5, 7, 8, 9]);
-    for _ in 0..20 {
+    for _ in 0..15 {
         line.ask(2, 5, Service::SrdHigh, Some(60));
         line.ask(2, 6, Service::SrdHigh, Some(60));
     }
@@ -100,6 +112,33 @@ fn a_master_that_looks_around_or_asks_a_station_of_others_is_no_hint() {
         line.hear(&telegram(2, 6, FunctionCode::response(ReplyStatus::DataLow), Some(62), &[0; 6]));
         line.ask(2, 5, Service::SrdHigh, Some(60));
     }
+    assert_eq!(line.hints(), Vec::<String>::new());
+}
+
+#[test]
+fn a_start_up_that_takes_its_time_and_commands_for_groups_of_ours_or_of_others_are_no_hints() {
+    const PRM: [u8; 7] = [0xA0, 0, 0, 11, 0x0A, 0xC5, 3];
+    let mut line = Line::with(&[5, 6]);
+    // The GAP of a master that passes the token to itself.
+    for _ in 0..50 {
+        line.hear(&[0xDC, 2, 2]);
+        line.ask(2, 3, Service::FdlStatus, None);
+    }
+    for _ in 0..50 {
+        // A diagnosis in data exchange, or between tries to start.
+        (0..15).for_each(|_| line.ask(2, 5, Service::SrdHigh, Some(60)));
+        line.send(2, 5, Some(61), &PRM);
+        line.send(2, 5, Some(62), &[0xF3, 0xF2]);
+        (0..9).for_each(|_| line.send(2, 5, None, &[0; 14]));
+        line.ask(2, 6, Service::SrdHigh, Some(60));
+        line.send(2, 6, Some(61), &[0x80, 0, 0, 11, 0x0A, 0xC5, 0]);
+        line.control(2, &[0x20, 2]);
+        line.control(2, &[0, 0x80]);
+    }
+    assert_eq!(line.hints(), Vec::<String>::new());
+    // Station 9 is of others, and may be in the group.
+    line.hear(&telegram(2, 9, FunctionCode::response(ReplyStatus::DataLow), None, &[0; 2]));
+    (0..9).for_each(|_| line.control(2, &[0x20, 0x80]));
     assert_eq!(line.hints(), Vec::<String>::new());
 }
 

@@ -65,6 +65,42 @@ fn a_line() {
                 texts.truncate(4);
                 texts
             }),
+            row("B-07", "FDL_Status to station 9 again and again, of a master that passes no token", || {
+                let mut line = Line::with(&[5]);
+                (0..9).for_each(|_| line.ask(2, 9, Service::FdlStatus, None));
+                line.texts()
+            }),
+            row("B-08", "a master that only reads the diagnosis", || {
+                let mut line = Line::with(&[5]);
+                (0..50).for_each(|_| line.ask(2, 5, Service::SrdHigh, Some(60)));
+                line.texts()
+            }),
+            row("B-09", "Set_Prm with Lock_Req and Unlock_Req", || {
+                let mut line = Line::with(&[5]);
+                (0..9).for_each(|_| line.send(2, 5, Some(61), &[0xC0, 0, 0, 11, 0x0A, 0xC5, 0]));
+                line.texts()
+            }),
+            row("B-10", "Sync for group 2, Set_Prm had Group_Ident 1 (group 1)", || {
+                let mut line = Line::with(&[5]);
+                line.send(2, 5, Some(61), &[0xA0, 0, 0, 11, 0x0A, 0xC5, 1]);
+                (0..9).for_each(|_| line.control(2, &[0x20, 2]));
+                line.hints()
+            }),
+            row("B-11", "a Global_Control of one octet", || {
+                let mut line = Line::with(&[5]);
+                (0..9).for_each(|_| line.control(2, &[0x20]));
+                line.texts()
+            }),
+            row("B-12", "a Global_Control with a reserved bit", || {
+                let mut line = Line::with(&[5]);
+                (0..9).for_each(|_| line.control(2, &[0x60, 0]));
+                line.texts()
+            }),
+            row("B-13", "a token for a slave", || {
+                let mut line = Line::with(&[5]);
+                (0..9).for_each(|_| line.hear(&[0xDC, 5, 2]));
+                line.texts()
+            }),
         ],
     );
 }

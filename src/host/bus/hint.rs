@@ -1,10 +1,19 @@
 //! What is odd on a line: said once, as a hint. A hint hides no event and changes nothing.
+//!
+//! | file | holds |
+//! | --- | --- |
+//! | here | [`LineHint`]: what is odd, in words; who is asked, and by whom |
+//! | `start_up` | what leads to no data exchange, or nowhere |
+
+mod start_up;
 
 use core::fmt;
 use core::time::Duration;
 
+use self::start_up::StartUp;
 use crate::devices::ag03::profibus::hint::PAUSE;
 use crate::host::ranges::Ranges;
+use crate::profibus::dp::{self, PrmBit};
 use crate::profibus::fdl::{Address, DataTelegram, Function, Service, Telegram};
 use crate::time::{BaudRate, Instant};
 
@@ -50,6 +59,48 @@ pub enum LineHint {
         /// Who came.
         second: Address,
     },
+    /// A master reads the diagnosis of a station again and again, and asks nothing else.
+    OnlyDiagnosis {
+        /// The master.
+        master: Address,
+        /// Whose diagnosis.
+        station: Address,
+    },
+    /// A Set_Prm has Lock_Req and Unlock_Req.
+    LockAndUnlock {
+        /// Who sent it.
+        master: Address,
+        /// To whom.
+        station: Address,
+    },
+    /// A Global_Control is for groups in which no station is.
+    NoSuchGroup {
+        /// Who sent it.
+        master: Address,
+        /// Group_Select: one bit for each group.
+        groups: u8,
+    },
+    /// A Global_Control of a wrong length: no slave takes it.
+    ControlLength {
+        /// Who sent it.
+        master: Address,
+        /// Octets found.
+        got: usize,
+    },
+    /// A Global_Control with reserved bits: a slave need not take it.
+    ControlReserved {
+        /// Who sent it.
+        master: Address,
+        /// Control_Command.
+        command: u8,
+    },
+    /// A token for a slave.
+    TokenToSlave {
+        /// Who passed it.
+        master: Address,
+        /// To whom.
+        station: Address,
+    },
 }
 
 /// A set of addresses. `Display`: `3, 5 to 8`.
@@ -94,6 +145,10 @@ pub(super) struct Watch {
     master: Option<(Address, Instant)>,
     second_said: Option<Instant>,
     same_address_said: Option<Instant>,
+    /// A token was heard: FDL_Status may be the look-around of the GAP.
+    has_token: bool,
+    token_said: Option<Instant>,
+    start_up: StartUp,
 }
 
 impl Watch {
@@ -108,6 +163,9 @@ impl Watch {
             master: None,
             second_said: None,
             same_address_said: None,
+            has_token: false,
+            token_said: None,
+            start_up: StartUp::new(),
         }
     }
 
@@ -134,9 +192,16 @@ impl Watch {
         self.noise = 0;
         let data = match telegram {
             Telegram::Data(data) => data,
-            Telegram::Token { .. } | Telegram::ShortAcknowledge => return None,
+            Telegram::Token { da, sa } => {
+                self.has_token = true;
+                let to_slave = is_there(*da) && due(&mut self.token_said, now);
+                return to_slave.then_some(LineHint::TokenToSlave { master: *sa, station: *da });
+            }
+            Telegram::ShortAcknowledge => return None,
         };
         let asks = match data.fc.function() {
+            // Who passes no token does not look around.
+            Function::Request(Service::FdlStatus, _) => !self.has_token,
             Function::Request(service, _) => is_for_data(service),
             Function::Response(..) | Function::Reserved => {
                 self.heard.add(data.sa);
@@ -155,7 +220,14 @@ impl Watch {
                 }
             }
         }
-        if asks && !is_there(data.da) { self.asked_in_vain(now, data, there) } else { None }
+        if data.da.is_broadcast() || is_there(data.da) {
+            let alone = self.heard == Addresses::NONE;
+            self.start_up.asked(now, data, alone)
+        } else if asks {
+            self.asked_in_vain(now, data, there)
+        } else {
+            None
+        }
     }
 
     fn another_master(&mut self, now: Instant, second: Address) -> Option<LineHint> {
@@ -254,6 +326,51 @@ impl fmt::Display for LineHint {
                 f,
                 "hint: master {second} is on the line with master {first}; only the master that locked a slave controls \
                  it"
+            ),
+            Self::OnlyDiagnosis { master, station } => {
+                write!(
+                    f,
+                    "hint: master {master} only reads the diagnosis of station {station}; for data exchange send "
+                )?;
+                let steps = [dp::Service::SetPrm, dp::Service::ChkCfg];
+                steps
+                    .into_iter()
+                    .filter_map(|step| Some((step.name(), step.sap()?.number())))
+                    .try_for_each(|(name, sap)| write!(f, "{name} (SAP {sap}), "))?;
+                write!(f, "then {}", dp::Service::DataExchange.name())
+            }
+            Self::LockAndUnlock { master, station } => {
+                let (lock, unlock) = (PrmBit::LockReq, PrmBit::UnlockReq);
+                write!(
+                    f,
+                    "hint: Set_Prm of master {master} to station {station} has {} and {} (octet 1 bits {} and {}): {1} counts, \
+                     the slave takes no parameters; clear {1}",
+                    lock.name(),
+                    unlock.name(),
+                    lock.number(),
+                    unlock.number()
+                )
+            }
+            Self::NoSuchGroup { master, groups } => write!(
+                f,
+                "hint: Global_Control of master {master} is for group {}, in which no station of the line is: Group_Ident \
+                 (Set_Prm octet 7) of none has it; put the slaves into the group in the master's project",
+                Ranges(u128::from(*groups) << 1)
+            ),
+            Self::ControlLength { master, got } => write!(
+                f,
+                "hint: Global_Control of master {master} has {got} octets, expected 2 (Control_Command, Group_Select); the \
+                 slaves ignore it"
+            ),
+            Self::ControlReserved { master, command } => write!(
+                f,
+                "hint: Global_Control of master {master} has Control_Command {command:02X} with reserved bits, expected 0 in \
+                 bits 0, 6 and 7; the slaves ignore it"
+            ),
+            Self::TokenToSlave { master, station } => write!(
+                f,
+                "hint: master {master} passes the token to station {station}, which is a slave and takes none; a master \
+                 passes it to masters only, which answer FDL_Status as such"
             ),
         }
     }

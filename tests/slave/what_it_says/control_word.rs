@@ -124,6 +124,7 @@ fn the_control_word() {
             row("C-28", "limits exchanged while operation is enabled, then a start", || {
                 prepared(|told| limits(told, -5000, 5000), 0x007B, 1600)
             }),
+            row("C-29", "STW 003B with its octets exchanged", || refused(&[], 0x3B00, 0)),
         ],
     );
 }

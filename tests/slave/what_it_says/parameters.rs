@@ -94,6 +94,9 @@ fn parameters() {
             row("P-22", "read the number of elements of PNU 1004", || job(pke(9, 1004), 0, 0)),
             row("P-23", "change PNU 918 (address)", || job(pke(2, 918), 0, 9)),
             row("P-24", "change PNU 1009 (position window) to 5000", || job(pke(2, 1009), 0, 5000)),
+            row("P-25", "read PNU 1004 with the octets of PKE exchanged", || {
+                job(pke(1, 1004).swap_bytes(), 0, 0)
+            }),
         ],
     );
 }

@@ -76,11 +76,16 @@ pub enum Hint {
         /// The control word.
         stw: Stw,
     },
+    /// The octets of the control word are exchanged.
+    OctetsExchanged {
+        /// The control word.
+        stw: Stw,
+    },
 }
 
 impl Hint {
     /// How many kinds there are.
-    const KINDS: usize = 9;
+    const KINDS: usize = 10;
 
     const fn kind(&self) -> usize {
         match self {
@@ -93,6 +98,7 @@ impl Hint {
             Self::LimitsInverted { .. } => 6,
             Self::AcknowledgedAlready { .. } => 7,
             Self::StartAlready { .. } => 8,
+            Self::OctetsExchanged { .. } => 9,
         }
     }
 }
@@ -175,6 +181,12 @@ impl fmt::Display for Hint {
                     bit = Bit(StwBit::Start),
                 )
             }
+            Self::OctetsExchanged { stw } => write!(
+                f,
+                "the octets of STW {:04X} seem to be exchanged: {:04X} was meant; send the high octet first",
+                stw.raw(),
+                stw.raw().swap_bytes()
+            ),
         }
     }
 }

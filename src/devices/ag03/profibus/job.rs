@@ -80,17 +80,20 @@ impl fmt::Display for JobText {
                 | JobId::ReadElementCount
                 | JobId::Reserved(_) => Ok(()),
             },
-            JobError::UnknownJob(_) => f.write_str(
-                ". The highest job is 9 here; some manufacturers use 11 to 14 (write with, or without, EEPROM)",
-            ),
+            JobError::UnknownJob(_) => {
+                f.write_str(
+                    ". The highest job is 9 here; some manufacturers use 11 to 14 (write with, or without, EEPROM)",
+                )?;
+                Exchanged(job).fmt(f)
+            }
+            JobError::UnknownParameter { .. } => Exchanged(job).fmt(f),
             JobError::NotNow(_) => {
                 f.write_str("; write it again when the shaft stands and no job is active (ZSW.13 = 1)")
             }
             JobError::NotStored => {
                 f.write_str("; write it again, and check the place where the images are kept")
             }
-            JobError::UnknownParameter { .. }
-            | JobError::NoPage { .. }
+            JobError::NoPage { .. }
             | JobError::NamesNone { .. }
             | JobError::ReadOnly
             | JobError::SubindexOutOfRange { .. }
@@ -108,6 +111,26 @@ impl fmt::Display for JobText {
 fn known(job: Pkw) -> Option<&'static Entry> {
     let pnu = Pnu::from_low_bits(job.pke.pnu());
     [Model::Ag03_1, Model::Ag03].into_iter().find_map(|model| entry(model, pnu))
+}
+
+/// What a job would be with the octets of PKE exchanged, as the end of a sentence; nothing if that is no job either.
+struct Exchanged(Pkw);
+
+impl fmt::Display for Exchanged {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let pke = Pke::from_raw(self.0.pke.raw().swap_bytes());
+        let meant = Pkw { pke, ..self.0 };
+        match (pke.job(), known(meant)) {
+            (JobId::NoJob | JobId::Reserved(_), _) | (_, None) => Ok(()),
+            (job, Some(entry)) => write!(
+                f,
+                "; the octets of PKE seem to be exchanged: {:04X} is {job}, PNU {} {}; send the high octet first",
+                pke.raw(),
+                pke.pnu(),
+                entry.name
+            ),
+        }
+    }
 }
 
 /// Which job to use.

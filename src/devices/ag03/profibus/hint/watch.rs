@@ -101,6 +101,9 @@ impl Watch {
     #[inline(never)]
     fn commanded_anew(&mut self, stw: Stw, before: &Status) -> Option<Hint> {
         let last = self.stw;
+        if exchanged(stw) {
+            return self.allow(Hint::OctetsExchanged { stw });
+        }
         let acknowledges = StwBit::Acknowledge.is_set(stw) && !StwBit::Acknowledge.is_set(last);
         if acknowledges && before.turn_on_disabled && StwBit::On.is_set(stw) {
             return self.allow(Hint::AcknowledgedAlready { stw });
@@ -198,4 +201,13 @@ impl Watch {
             .then_some(Hint::JobChanged { executed, next: job })
             .and_then(|hint| self.allow(hint))
     }
+}
+
+/// Whether a control word has nothing of a low octet but control by the PLC, and both inchings at once, which are ON and OFF2 of
+/// the low octet: nobody means that.
+const fn exchanged(stw: Stw) -> bool {
+    const CONTROL_BY_PLC: u16 = 0x0004;
+    let both = StwBit::Inching1.mask() | StwBit::Inching2.mask();
+    let low = stw.raw() & 0xFF;
+    (low == 0 || low == CONTROL_BY_PLC) && stw.raw() & both == both
 }

@@ -1,0 +1,108 @@
+//! What masters ask of the stations of a line beside Data_Exchange: what leads to none, or nowhere.
+
+use super::{LineHint, due};
+use crate::profibus::dp::{ControlBit, PrmBit, Service};
+use crate::profibus::fdl::DataTelegram;
+use crate::time::Instant;
+
+/// So many readings of the diagnosis and nothing else are no start-up.
+const ONLY_DIAGNOSIS: u8 = 20;
+
+/// Addresses of stations: 0 to 126.
+const STATIONS: usize = 127;
+
+/// Where Group_Ident is in Set_Prm.
+const GROUP_IDENT: usize = 6;
+
+/// What was asked of the stations. In steady exchange each look costs a comparison.
+#[derive(Debug)]
+pub(super) struct StartUp {
+    /// Readings of the diagnosis of each station since it was asked for anything else.
+    diagnoses: [u8; STATIONS],
+    /// How many stations have such readings.
+    read: u8,
+    /// Group_Ident of the last Set_Prm to each station.
+    groups: [Option<u8>; STATIONS],
+    diagnosis_said: Option<Instant>,
+    unlock_said: Option<Instant>,
+    group_said: Option<Instant>,
+    control_said: Option<Instant>,
+}
+
+impl StartUp {
+    pub(super) const fn new() -> Self {
+        Self {
+            diagnoses: [0; STATIONS],
+            read: 0,
+            groups: [None; STATIONS],
+            diagnosis_said: None,
+            unlock_said: None,
+            group_said: None,
+            control_said: None,
+        }
+    }
+
+    /// A request to a station of ours, or to all.
+    #[inline]
+    pub(super) fn asked(
+        &mut self,
+        now: Instant,
+        request: &DataTelegram<'_>,
+        alone: bool,
+    ) -> Option<LineHint> {
+        if request.dsap.is_none() && self.read == 0 { None } else { self.looked_at(now, request, alone) }
+    }
+
+    /// `alone`: no station of others was heard on the line.
+    #[cold]
+    fn looked_at(&mut self, now: Instant, request: &DataTelegram<'_>, alone: bool) -> Option<LineHint> {
+        let service = Service::of(request.dsap, request.ssap)?;
+        if service == Service::GlobalControl {
+            return self.control(now, request, alone);
+        }
+        let station = request.da;
+        let place = usize::from(station.number());
+        if service == Service::SlaveDiag {
+            return self.diagnosis(now, place, request);
+        }
+        let times = self.diagnoses.get_mut(place)?;
+        self.read = self.read.saturating_sub(u8::from(*times > 0));
+        *times = 0;
+        if service != Service::SetPrm {
+            return None;
+        }
+        *self.groups.get_mut(place)? = request.data.get(GROUP_IDENT).copied();
+        let station_status = *request.data.first()?;
+        let both = PrmBit::LockReq.is_set(station_status) && PrmBit::UnlockReq.is_set(station_status);
+        (both && due(&mut self.unlock_said, now))
+            .then_some(LineHint::LockAndUnlock { master: request.sa, station })
+    }
+
+    fn diagnosis(&mut self, now: Instant, place: usize, request: &DataTelegram<'_>) -> Option<LineHint> {
+        let times = self.diagnoses.get_mut(place)?;
+        self.read = self.read.saturating_add(u8::from(*times == 0));
+        *times = times.saturating_add(1);
+        if *times != ONLY_DIAGNOSIS {
+            return None;
+        }
+        let hint = LineHint::OnlyDiagnosis { master: request.sa, station: request.da };
+        due(&mut self.diagnosis_said, now).then_some(hint)
+    }
+
+    fn control(&mut self, now: Instant, request: &DataTelegram<'_>, alone: bool) -> Option<LineHint> {
+        let master = request.sa;
+        let &[command, select] = request.data else {
+            let hint = LineHint::ControlLength { master, got: request.data.len() };
+            return due(&mut self.control_said, now).then_some(hint);
+        };
+        if command & ControlBit::RESERVED != 0 {
+            let hint = LineHint::ControlReserved { master, command };
+            return due(&mut self.control_said, now).then_some(hint);
+        }
+        let mut known = self.groups.iter().flatten().peekable();
+        let is_for_nobody =
+            alone && select != 0 && known.peek().is_some() && known.all(|groups| groups & select == 0);
+        let hint = LineHint::NoSuchGroup { master, groups: select };
+        (is_for_nobody && command != 0 && due(&mut self.group_said, now)).then_some(hint)
+    }
+}
