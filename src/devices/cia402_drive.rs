@@ -34,6 +34,7 @@ pub(crate) use fault::Fault;
 pub(crate) use settings::{Actual, Setting};
 
 use super::servo::inputs::{Axis, Inputs};
+use super::servo::news::{News, Targets, Untold};
 use super::servo::pace::{Pace, STEP_SECONDS};
 use super::servo::plant::{Constants, Plant};
 use super::servo::profile::Demand;
@@ -90,6 +91,8 @@ pub(crate) struct Drive {
     probes: Probes,
     pace: Pace,
     events: Deque<Event, MAX_EVENTS>,
+    news: Untold<Fault>,
+    targets: Targets,
 }
 
 impl Drive {
@@ -125,6 +128,8 @@ impl Drive {
             probes: Probes::default(),
             pace: Pace::resting(Instant::ZERO),
             events: Deque::new(),
+            news: Untold::new(),
+            targets: Targets::default(),
         }
     }
 
@@ -253,6 +258,23 @@ impl Drive {
         self.watch_plant();
         if self.rests() {
             self.pace.rest();
+        }
+    }
+
+    /// What happened, in words.
+    pub(crate) fn poll_news(&mut self) -> Option<News<Fault>> {
+        self.news.pop()
+    }
+
+    /// A control word was taken: whether it misses a target. `at_once`: it came alone, by SDO.
+    pub(crate) fn look_at_target(&mut self, at_once: bool) {
+        let target = self.settings.of(Setting::TargetPosition);
+        if let Motion::Position(_) = self.motion
+            && self.state == State::OperationEnabled
+            && self.control.has(Controlword::NEW_SET_POINT)
+            && let Some(news) = self.targets.kept(self.control, target, at_once)
+        {
+            self.news.push(news);
         }
     }
 

@@ -8,7 +8,7 @@ use crate::can_bus::can::{ErrorState, Frame};
 use crate::can_bus::canopen;
 use crate::can_bus::canopen::node::storage;
 use crate::can_bus::canopen::node::storage::{Generation, NotStored, StoreRequest};
-use crate::can_bus::canopen::{Address, Application, Node, NodeId, Refusal};
+use crate::can_bus::canopen::{Address, Application, NoEffect, Node, NodeId, Refusal};
 use crate::devices::ag03::unit;
 use crate::face::description::Supply;
 use crate::face::{Again, AnyDeviceEvent, Description, DeviceEvent, EventKind};
@@ -43,7 +43,7 @@ impl CanopenEvent {
     /// Whether a log leaves it out unless asked for more: a master may cause as many as it likes.
     pub(crate) fn is_detail(&self) -> bool {
         match self {
-            Self::Node(event) => matches!(event, canopen::Event::Written { .. }),
+            Self::Node(event) => matches!(event, canopen::Event::Written(_)),
             Self::Device(event) => event.is_detail(),
             Self::Repeated { .. } => false,
         }
@@ -52,17 +52,26 @@ impl CanopenEvent {
 
 const fn of_node(event: &canopen::Event) -> EventKind {
     match event {
-        canopen::Event::BootUp { .. } | canopen::Event::State { .. } | canopen::Event::NmtIgnored { .. } => {
-            EventKind::Nmt
-        }
+        canopen::Event::BootUp { .. }
+        | canopen::Event::State { .. }
+        | canopen::Event::NmtIgnored { .. }
+        | canopen::Event::NoEffect(NoEffect::NmtLength { .. }) => EventKind::Nmt,
         canopen::Event::SdoRefused(_)
+        | canopen::Event::NoEffect(NoEffect::SdoStopped | NoEffect::SdoLength { .. })
         | canopen::Event::SdoAbortedByClient { .. }
-        | canopen::Event::Written { .. } => EventKind::Sdo,
-        canopen::Event::RpdoLength { .. } | canopen::Event::RpdoRefused { .. } => EventKind::Pdo,
+        | canopen::Event::Written(_) => EventKind::Sdo,
+        canopen::Event::RpdoLength { .. }
+        | canopen::Event::RpdoRefused { .. }
+        | canopen::Event::NoEffect(
+            NoEffect::RpdoState { .. }
+            | NoEffect::RpdoEmpty { .. }
+            | NoEffect::RpdoLate { .. }
+            | NoEffect::RpdoWaits { .. },
+        ) => EventKind::Pdo,
         canopen::Event::Emergency { .. } => EventKind::Emcy,
         canopen::Event::LifeGuardingExpired
         | canopen::Event::LifeGuardingBack
-        | canopen::Event::HeartbeatLost(_)
+        | canopen::Event::HeartbeatLost { .. }
         | canopen::Event::HeartbeatBack(_) => EventKind::ErrorControl,
         canopen::Event::FramesLost { .. } => EventKind::Line,
     }

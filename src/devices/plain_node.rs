@@ -1,6 +1,6 @@
 //! A device on CANopen that is an application behind a node.
 
-use super::CanopenDevice;
+use super::{CanopenDevice, CanopenEvent};
 use crate::can_bus::can::Frame;
 use crate::can_bus::canopen::node::storage::Eeprom;
 use crate::can_bus::canopen::{Application, Node, Policy};
@@ -64,6 +64,11 @@ impl<A: Application + Description + Send> CanopenDevice for PlainNode<A> {
     fn handle_timeout(&mut self, now: Instant) {
         self.application.advance(now);
         self.node.handle_timeout(now, &mut self.application);
+    }
+
+    fn poll_event(&mut self) -> Option<CanopenEvent> {
+        let of_node = self.node.poll_event().map(CanopenEvent::Node);
+        of_node.or_else(|| self.application.poll_news().map(CanopenEvent::Device))
     }
 
     fn poll_timeout(&self) -> Option<Instant> {

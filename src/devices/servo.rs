@@ -10,10 +10,12 @@
 //! | `position` | set-points of the profile position mode |
 //! | `smooth` | the same without corners |
 //! | `homing` | every homing method |
+//! | `news` | what it tells of itself, in words |
 //! | `stopping` | a ramp to rest, and what follows |
 
 pub(crate) mod homing;
 pub mod inputs;
+pub(crate) mod news;
 pub(crate) mod pace;
 pub mod plant;
 pub(crate) mod position;

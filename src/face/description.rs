@@ -3,7 +3,7 @@
 
 use core::fmt;
 
-use super::{Acyclic, Surroundings};
+use super::{Acyclic, AnyDeviceEvent, Surroundings};
 use crate::time::Instant;
 
 /// Whether a device is supplied.
@@ -290,6 +290,11 @@ pub trait Description: Surroundings {
 
     /// Switches its supply on or off.
     fn switch_supply(&mut self, _now: Instant, _on: bool) {}
+
+    /// The next of what it has to tell of itself, besides what its bus tells.
+    fn poll_news(&mut self) -> Option<AnyDeviceEvent> {
+        None
+    }
 
     /// Its state in its own words.
     fn say_state(&self, _say: &mut dyn FnMut(&dyn fmt::Display)) {}

@@ -1,12 +1,13 @@
 //! What a node tells its user.
 
 use core::fmt;
+use core::time::Duration;
 
 use super::abort::Abort;
 use super::address::{Address, NodeId};
 use super::nmt::{NmtState, Reset};
 use super::pdo::PdoNumber;
-use super::refusal::Refusal;
+use super::refusal::{Change, Octets, Refusal};
 
 /// What happened at a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,6 +34,8 @@ pub enum Event {
         /// Whether the node was off; if not, there is no such command.
         off: bool,
     },
+    /// A frame for this node had no effect. Each kind is told once, until the NMT state changes.
+    NoEffect(NoEffect),
     /// An SDO request was refused.
     SdoRefused(Refusal),
     /// The client ended a transfer.
@@ -43,10 +46,7 @@ pub enum Event {
         code: Abort,
     },
     /// A value was written by SDO.
-    Written {
-        /// Where.
-        at: Address,
-    },
+    Written(Change),
     /// An RPDO had the wrong length.
     RpdoLength {
         /// The PDO.
@@ -75,7 +75,14 @@ pub enum Event {
     /// The master guards the node again.
     LifeGuardingBack,
     /// A node under heartbeat supervision was silent.
-    HeartbeatLost(NodeId),
+    HeartbeatLost {
+        /// Who.
+        node: NodeId,
+        /// For longer than this.
+        time: Duration,
+        /// The sub-index of 1016h that says so.
+        sub: u8,
+    },
     /// It is heard again.
     HeartbeatBack(NodeId),
     /// Frames were not taken in time by the host and are lost.
@@ -83,6 +90,92 @@ pub enum Event {
         /// How many since the node was made.
         count: u32,
     },
+}
+
+/// Why a frame for a node has no effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum NoEffect {
+    /// An SDO request while the node is STOPPED.
+    SdoStopped,
+    /// An SDO request that has not 8 octets.
+    SdoLength {
+        /// Octets received.
+        got: usize,
+    },
+    /// A frame of the NMT master that has not 2 octets.
+    NmtLength {
+        /// Octets received.
+        got: usize,
+    },
+    /// An RPDO outside OPERATIONAL.
+    RpdoState {
+        /// The PDO.
+        pdo: PdoNumber,
+        /// The state of the node.
+        state: NmtState,
+    },
+    /// An RPDO that carries nothing: it has no mapping.
+    RpdoEmpty {
+        /// The PDO.
+        pdo: PdoNumber,
+    },
+    /// A synchronous RPDO that came too late for its SYNC (1007h).
+    RpdoLate {
+        /// The PDO.
+        pdo: PdoNumber,
+    },
+    /// A synchronous RPDO whose values wait for a SYNC that does not come.
+    RpdoWaits {
+        /// The PDO.
+        pdo: PdoNumber,
+    },
+}
+
+impl NoEffect {
+    /// One bit for each kind.
+    pub(super) const fn mask(self) -> u8 {
+        1 << match self {
+            Self::SdoStopped => 0,
+            Self::SdoLength { .. } => 1,
+            Self::NmtLength { .. } => 2,
+            Self::RpdoState { .. } => 3,
+            Self::RpdoLate { .. } => 4,
+            Self::RpdoWaits { .. } => 5,
+            Self::RpdoEmpty { .. } => 6,
+        }
+    }
+}
+
+impl fmt::Display for NoEffect {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::SdoStopped => f.write_str(
+                "SDO request ignored: the node is STOPPED; send NMT 80h (pre-operational) or 01h (start) first",
+            ),
+            Self::SdoLength { got } => write!(f, "SDO request of {} ignored: expected 8", Octets(*got)),
+            Self::NmtLength { got } => {
+                write!(f, "NMT command of {} ignored: expected 2, command and node", Octets(*got))
+            }
+            Self::RpdoState { pdo, state } => {
+                write!(f, "RPDO{pdo} ignored: the node is {state}; send NMT 01h (start) first")
+            }
+            Self::RpdoEmpty { pdo } => write!(
+                f,
+                "RPDO{pdo} ignored: no object is mapped to it; write its mapping (160{}h) before NMT 01h (start)",
+                pdo.place()
+            ),
+            Self::RpdoLate { pdo } => {
+                write!(f, "RPDO{pdo} ignored: it came after the window behind SYNC (1007h); send it earlier")
+            }
+            Self::RpdoWaits { pdo } => write!(
+                f,
+                "RPDO{pdo} waits for SYNC (1005h), and none comes; send SYNC, or set the transmission type of the PDO to 255 \
+                 (140{}h:02)",
+                pdo.place()
+            ),
+        }
+    }
 }
 
 impl fmt::Display for Event {
@@ -108,9 +201,10 @@ impl fmt::Display for Event {
                 "NMT command {command:02X}h ignored: there is no such command; send 01h (start), 02h (stop), 80h \
                  (pre-operational), 81h (reset node) or 82h (reset communication)"
             ),
+            Self::NoEffect(what) => what.fmt(f),
             Self::SdoRefused(refusal) => write!(f, "SDO request for {refusal}"),
             Self::SdoAbortedByClient { at, code } => write!(f, "client aborted the SDO for {at}: {code}"),
-            Self::Written { at } => write!(f, "{at} written"),
+            Self::Written(change) => change.fmt(f),
             Self::RpdoLength { pdo, expected, got } => {
                 write!(f, "RPDO{pdo} has {got} octets, its mapping needs {expected}")
             }
@@ -122,7 +216,11 @@ impl fmt::Display for Event {
                 f.write_str("node guarding lost: no guarding request within the life time (100Ch x 100Dh)")
             }
             Self::LifeGuardingBack => f.write_str("guarding requests come again"),
-            Self::HeartbeatLost(node) => write!(f, "heartbeat of node {node} is missing"),
+            Self::HeartbeatLost { node, time, sub } => write!(
+                f,
+                "heartbeat of node {node} is missing: none came within {time:?} (1016h:{sub:02X}); check that it runs, and that its \
+                 period (1017h) is shorter"
+            ),
             Self::HeartbeatBack(node) => write!(f, "heartbeat of node {node} is back"),
             Self::FramesLost { count } => write!(f, "{count} frames were not taken in time and are lost"),
         }

@@ -24,6 +24,41 @@ pub struct Refusal {
     rule: Option<Rule>,
 }
 
+/// A write that was carried out. `Display`: the entry and the value, `6040h:00 Controlword written: 000Fh`.
+#[derive(Clone, Copy, Debug)]
+pub struct Change {
+    /// The entry.
+    pub at: Address,
+    entry: Option<&'static Entry>,
+    written: Attempt,
+}
+
+impl Change {
+    /// Octets that were written; of a long value that came in parts the last ones.
+    pub(super) fn new(at: Address, entry: Option<&'static Entry>, octets: &[u8], unit: &'static str) -> Self {
+        Self { at, entry, written: Attempt::of(octets, unit) }
+    }
+}
+
+impl PartialEq for Change {
+    fn eq(&self, other: &Self) -> bool {
+        (self.at, self.written) == (other.at, other.written)
+    }
+}
+
+impl Eq for Change {}
+
+impl fmt::Display for Change {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { at, entry, written } = self;
+        at.fmt(f)?;
+        if let Some(entry) = entry {
+            write!(f, " {}", entry.name)?;
+        }
+        write!(f, " written: {}", Got { written, entry: *entry, counted: false })
+    }
+}
+
 /// What was to be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Attempt {
@@ -110,9 +145,7 @@ impl Refusal {
         octets: &[u8],
         unit: &'static str,
     ) -> Self {
-        let mut kept = [0; KEPT];
-        kept.iter_mut().zip(octets).for_each(|(place, octet)| *place = *octet);
-        let written = Attempt { octets: kept, len: octets.len(), kept: octets.len().min(KEPT), unit };
+        let written = Attempt::of(octets, unit);
         Self { at, code: broken.code, entry, written: Some(written), rule: broken.rule }
     }
 
@@ -205,7 +238,7 @@ impl fmt::Display for Reason<'_> {
 }
 
 /// `1 octet`, `4 octets`.
-struct Octets(usize);
+pub(super) struct Octets(pub(super) usize);
 
 impl fmt::Display for Octets {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -296,6 +329,12 @@ impl fmt::Display for Got<'_> {
 }
 
 impl Attempt {
+    fn of(octets: &[u8], unit: &'static str) -> Self {
+        let mut kept = [0; KEPT];
+        kept.iter_mut().zip(octets).for_each(|(place, octet)| *place = *octet);
+        Self { octets: kept, len: octets.len(), kept: octets.len().min(KEPT), unit }
+    }
+
     fn octets(&self) -> &[u8] {
         self.octets.get(..self.kept).unwrap_or_default()
     }

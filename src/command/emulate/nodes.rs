@@ -354,7 +354,7 @@ impl Nodes {
         let is_warning = matches!(
             event,
             CanopenEvent::Node(
-                Event::FramesLost { .. } | Event::LifeGuardingExpired | Event::HeartbeatLost(_)
+                Event::FramesLost { .. } | Event::LifeGuardingExpired | Event::HeartbeatLost { .. }
             )
         );
         let is_motion = event.kind() == EventKind::Drive;

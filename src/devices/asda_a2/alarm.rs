@@ -162,6 +162,16 @@ impl Alarm {
     }
 }
 
+/// An alarm with what it means: `AL009, excessive deviation of the position`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct InWords(pub(crate) Alarm);
+
+impl fmt::Display for InWords {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}, {}", self.0, self.0.text())
+    }
+}
+
 impl fmt::Display for Alarm {
     /// As on the panel: `AL011`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

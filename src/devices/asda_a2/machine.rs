@@ -1,11 +1,12 @@
 //! States and alarms, and what they do to the motion.
 
-use super::alarm::{Alarm, Clearing, Effect};
+use super::alarm::{Alarm, Clearing, Effect, InWords};
 use super::profile::{Demand, acceleration};
 use super::settings::{Digit, Setting};
 use super::{Event, Level, Servo};
 use crate::can_bus::cia402::state;
 use crate::can_bus::cia402::{Command, Controlword, FaultReaction, Mode, State, Stop};
+use crate::devices::servo::news::News;
 use crate::devices::servo::stopping::{Stopping, Then};
 
 /// Warnings whose cause is present.
@@ -37,6 +38,7 @@ impl Servo {
     /// Takes a controlword.
     pub(crate) fn control(&mut self, word: Controlword) {
         let before = core::mem::replace(&mut self.control, word);
+        let was = self.state;
         self.pace.wake();
         let command = word.command(before);
         if command == Command::FaultReset {
@@ -45,6 +47,11 @@ impl Servo {
         match self.level {
             Level::Full => self.command(command),
             Level::Half => self.command_half(word, command),
+        }
+        if let Level::Full = self.level
+            && let Some(news) = News::of_command((word, before), (was, self.state), self.inputs.main_circuit)
+        {
+            self.news.push(news);
         }
         if self.state == State::OperationEnabled {
             self.control_mode_bits(word, before);
@@ -147,7 +154,7 @@ impl Servo {
                 | State::Fault,
             ) => {}
         }
-        self.tell(Event::State(self.state));
+        self.news.push(News::State { from, to });
     }
 
     /// The command starts from where the shaft is; 60FFh and 6071h begin at zero.
@@ -266,6 +273,8 @@ impl Servo {
         self.pace.wake();
         self.error_code = alarm.code();
         self.tell(Event::Raised(alarm));
+        let is_fault = self.effect(alarm) == Effect::Fault;
+        self.news.push(News::Raised { what: InWords(alarm), is_fault });
         match self.effect(alarm) {
             Effect::Fault => self.go(state::Event::Fault),
             // The servo goes off without a ramp (CN-224).
@@ -329,6 +338,7 @@ impl Servo {
                 self.error_code = 0;
             }
             self.tell(Event::Cleared(self.error_register()));
+            self.news.push(News::Cleared);
         }
     }
 

@@ -40,11 +40,13 @@ pub use plant::Constants;
 pub(crate) use settings::Digit;
 pub use settings::{Setting, Settings};
 
+use super::servo::news::{News, Targets, Untold};
 use super::servo::pace::{Pace, STEP_SECONDS};
 use super::servo::stopping::Stopping;
 use super::servo::{homing, position, profile, smooth};
 use crate::can_bus::cia402::{Controlword, Mode, State};
 use crate::time::Instant;
+use alarm::InWords;
 use motion::Motion;
 use plant::Plant;
 use profile::Demand;
@@ -125,8 +127,6 @@ pub enum Event {
     Cleared(u8),
     /// The drive started: nothing is wrong yet.
     Restarted,
-    /// The state machine moved.
-    State(State),
 }
 
 /// The drive.
@@ -163,6 +163,8 @@ pub struct Servo {
     has_point: bool,
     pace: Pace,
     events: Deque<Event, MAX_EVENTS>,
+    news: Untold<InWords>,
+    targets: Targets,
 }
 
 impl Servo {
@@ -196,6 +198,8 @@ impl Servo {
             has_point: false,
             pace: Pace::resting(now),
             events: Deque::new(),
+            news: Untold::new(),
+            targets: Targets::default(),
         };
         servo.power_on();
         servo
@@ -321,6 +325,23 @@ impl Servo {
         self.watch_plant();
         if self.rests() {
             self.pace.rest();
+        }
+    }
+
+    /// What happened, in words.
+    pub(crate) fn poll_news(&mut self) -> Option<News<InWords>> {
+        self.news.pop()
+    }
+
+    /// A control word was taken: whether it misses a target. `at_once`: it came alone, by SDO.
+    pub(crate) fn look_at_target(&mut self, at_once: bool) {
+        let target = self.settings.of(Setting::TargetPosition);
+        if let Motion::Position(_) = self.motion
+            && self.state == State::OperationEnabled
+            && self.control.has(Controlword::NEW_SET_POINT)
+            && let Some(news) = self.targets.kept(self.control, target, at_once)
+        {
+            self.news.push(news);
         }
     }
 

@@ -13,6 +13,7 @@ use super::settings::{Digit, Setting};
 use super::smooth::Smooth;
 use super::{Level, Servo};
 use crate::can_bus::cia402::{Controlword, Mode};
+use crate::devices::servo::news::News;
 use crate::devices::servo::pace::STEP_SECONDS;
 use crate::time::Instant;
 
@@ -64,6 +65,7 @@ impl Servo {
         match &mut self.motion {
             Motion::Position(points) => {
                 if rises {
+                    self.targets.take(self.settings.of(Setting::TargetPosition));
                     points.take(set_point, word.has(Controlword::CHANGE_IMMEDIATELY), here);
                     self.in_window = 0;
                 } else if !word.has(Controlword::NEW_SET_POINT) {
@@ -114,6 +116,7 @@ impl Servo {
         }
         let Some(method) = Method::of(number) else {
             self.motion = Motion::Homing(HomingState::Failed);
+            self.news.push(News::HomingRefused { method: number });
             return;
         };
         let per_rpm = match self.level {

@@ -1,5 +1,7 @@
 //! Faults with their error codes, 603Fh.
 
+use core::fmt;
+
 /// A fault: its error code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Fault(pub(crate) u16);
@@ -55,6 +57,13 @@ impl Fault {
             8 if self.0 >> 8 == 0x81 => 1 << 4,
             _ => 1 << 5,
         }
+    }
+}
+
+impl fmt::Display for Fault {
+    /// `8611h, the following error is beyond its window`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:04X}h, {}", self.0, self.text())
     }
 }
 

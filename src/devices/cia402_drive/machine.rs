@@ -7,6 +7,7 @@ use crate::can_bus::cia402::state;
 use crate::can_bus::cia402::{
     Command, Controlword, Disabling, FaultReaction, Halt, Mode, QuickStop, State, Stop,
 };
+use crate::devices::servo::news::News;
 use crate::devices::servo::plant::{INCREMENTS_PER_REVOLUTION, rpm};
 use crate::devices::servo::profile::Demand;
 use crate::devices::servo::stopping::{Stopping, Then};
@@ -47,7 +48,11 @@ impl Drive {
     /// Takes a controlword.
     pub(super) fn control(&mut self, word: Controlword) {
         let before = core::mem::replace(&mut self.control, word);
+        let was = self.state;
         self.command(word.command(before));
+        if let Some(news) = News::of_command((word, before), (was, self.state), self.inputs.main_circuit) {
+            self.news.push(news);
+        }
         if self.state == State::OperationEnabled {
             self.control_mode_bits(word, before);
         }
@@ -78,6 +83,7 @@ impl Drive {
                     self.fault = None;
                     self.go(state::Event::Command(command));
                     self.tell(Event::Cleared);
+                    self.news.push(News::Cleared);
                 }
             }
             (
@@ -110,6 +116,7 @@ impl Drive {
     fn go(&mut self, event: state::Event) {
         let Some((_, to)) = self.state.next(event) else { return };
         let from = core::mem::replace(&mut self.state, to);
+        self.news.push(News::State { from, to });
         match (from.is_powered(), to) {
             (false, State::OperationEnabled) => self.switch_on(),
             (true, State::QuickStopActive) => {
@@ -267,6 +274,7 @@ impl Drive {
         self.pace.wake();
         self.fault = Some(fault);
         self.tell(Event::Raised(fault));
+        self.news.push(News::Raised { what: fault, is_fault: true });
         self.go(state::Event::Fault);
     }
 

@@ -5,6 +5,7 @@ use super::settings::{OFF, Setting};
 use crate::can_bus::cia402::{Controlword, Mode, Stop};
 use crate::devices::servo::homing::{Homing, HomingState, Method, Progress, Speeds};
 use crate::devices::servo::inputs::{Axis, Closed, Switches};
+use crate::devices::servo::news::News;
 use crate::devices::servo::pace::STEP_SECONDS;
 use crate::devices::servo::plant::{self, Gains, INCREMENTS_PER_REVOLUTION, Motor, approach, rpm};
 use crate::devices::servo::position::{From, Here, SetPoint, SetPoints};
@@ -83,6 +84,7 @@ impl Drive {
         match &mut self.motion {
             Motion::Position(points) => {
                 if rises {
+                    self.targets.take(self.settings.of(Setting::TargetPosition));
                     points.take(set_point, word.has(Controlword::CHANGE_IMMEDIATELY), here);
                     self.windows.begin_anew();
                 } else if !word.has(Controlword::NEW_SET_POINT) {
@@ -166,6 +168,7 @@ impl Drive {
         }
         let Some(method) = Method::of(number) else {
             self.motion = Motion::Homing(HomingState::Failed);
+            self.news.push(News::HomingRefused { method: number });
             return;
         };
         let switch = self.speed(Setting::HomingFast, HOMING).min(self.motor_speed());

@@ -11,7 +11,7 @@ use crate::can_bus::cia402::Mode;
 use crate::devices::cia402_drive::{Actual, Drive, Fault};
 use crate::face::description::{self, Amount, Curve, Description, Group};
 use crate::face::surroundings::{Declined, Input, Level, Provocable, Surroundings};
-use crate::face::{DriveState, Why};
+use crate::face::{AnyDeviceEvent, DriveState, Why};
 use crate::time::Instant;
 
 impl FromEds {
@@ -172,6 +172,10 @@ impl Surroundings for FromEds {
 }
 
 impl Description for FromEds {
+    fn poll_news(&mut self) -> Option<AnyDeviceEvent> {
+        self.driven_mut()?.drive.poll_news().map(AnyDeviceEvent::new)
+    }
+
     fn say_state(&self, say: &mut dyn FnMut(&dyn fmt::Display)) {
         if let Some(drive) = self.drive() {
             say(&drive.state());

@@ -120,6 +120,7 @@ impl Driven {
     fn take_word(&mut self) {
         if let Some(word) = self.word.take() {
             self.drive.set(Setting::Controlword, word);
+            self.drive.look_at_target(false);
         }
     }
 
@@ -184,6 +185,9 @@ impl FromEds {
             (Source::Sdo | Source::Rpdo(_), _) => {
                 driven.drive.advance(now);
                 driven.drive.set(setting, number);
+                if setting == Setting::Controlword {
+                    driven.drive.look_at_target(true);
+                }
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use super::deadlines::Deadlines;
 use super::event::News;
-use super::hint::{Addresses, Watch};
+use super::hint::{Addresses, LineHint, Watch};
 use super::join::{Joining, Verdict};
 use super::last_request::LastRequest;
 use super::station_errors::StationErrors;
@@ -192,10 +192,12 @@ impl Stations {
         if self.is_searching_after(now, telegram) {
             return;
         }
-        let Self { watch, slots, order, .. } = self;
+        let Self { watch, slots, order, joining, .. } = self;
         let is_there = |address| slots.get(index(address)).is_some_and(Option::is_some);
         let there = || Addresses::of(order.iter().copied());
-        if let Some(hint) = watch.heard(now, telegram, is_there, there) {
+        // Who has the address of a station that listens before it takes part may be a master.
+        let is_sure = |hint: &LineHint| *joining == 0 || !matches!(hint, LineHint::TokenToSlave { .. });
+        if let Some(hint) = watch.heard(now, telegram, is_there, there).filter(is_sure) {
             self.news.push(BusEvent::Hint(hint));
         }
         if self.joining > 0 {

@@ -101,14 +101,15 @@ impl NodeCounters {
         match event {
             Event::RpdoLength { .. } => count(&mut self.rpdo_length),
             Event::RpdoRefused { .. } => count(&mut self.rpdo_refused),
-            Event::LifeGuardingExpired | Event::HeartbeatLost(_) => count(&mut self.watchdog_expiries),
+            Event::LifeGuardingExpired | Event::HeartbeatLost { .. } => count(&mut self.watchdog_expiries),
             Event::FramesLost { .. } => count(&mut self.frames_lost),
             Event::BootUp { .. }
             | Event::State { .. }
             | Event::NmtIgnored { .. }
+            | Event::NoEffect(_)
             | Event::SdoRefused(_)
             | Event::SdoAbortedByClient { .. }
-            | Event::Written { .. }
+            | Event::Written(_)
             | Event::Emergency { .. }
             | Event::LifeGuardingBack
             | Event::HeartbeatBack(_) => {}

@@ -164,6 +164,50 @@ fn the_node() {
                     rig.nmt(0x01);
                 }),
             ),
+            row(
+                "N-25",
+                "SDO requests while the node is STOPPED",
+                after(|rig| {
+                    rig.nmt(0x02);
+                    rig.events();
+                    (0..9).for_each(|_| _ = rig.sdo_answers([0x40, 0, 0x10, 0, 0, 0, 0, 0]));
+                }),
+            ),
+            row(
+                "N-26",
+                "SDO requests of 3 octets",
+                after(|rig| (0..9).for_each(|_| _ = rig.data(0x605, &[0x40, 0, 0x10]))),
+            ),
+            row("N-27", "an NMT command of one octet", after(|rig| _ = rig.data(0, &[0x01]))),
+            row(
+                "N-28",
+                "RPDOs in PRE-OPERATIONAL",
+                after(|rig| {
+                    rig.nmt(0x80);
+                    rig.pass(Duration::from_millis(20));
+                    rig.events();
+                    (0..9).for_each(|_| _ = rig.data(0x205, &[0x06, 0]));
+                }),
+            ),
+            row(
+                "N-29",
+                "control word 000Fh in SWITCH ON DISABLED",
+                after(|rig| {
+                    rig.word(0);
+                    rig.events();
+                    (0..9).for_each(|_| _ = rig.word(0x000F));
+                }),
+            ),
+            row(
+                "N-30",
+                "another target while bit 4 is 1",
+                after(|rig| {
+                    rig.travel(0x001F, 100_000);
+                    rig.pass(Duration::from_millis(200));
+                    rig.events();
+                    (0..9).for_each(|_| rig.travel(0x001F, 200_000));
+                }),
+            ),
         ],
     );
 }
@@ -183,8 +227,18 @@ fn other_devices() {
             let mut rig = asda_a2_node::Rig::full();
             while rig.device.poll_event().is_some() {}
             act(&mut rig);
-            std::iter::from_fn(|| rig.device.poll_event()).map(|event| event.to_string()).collect()
+            let told = std::iter::from_fn(|| rig.device.poll_event()).map(|event| event.to_string());
+            told.filter(|text| !text.contains(" written: ")).collect()
         }
+    };
+    let written = || {
+        let mut rig = asda_a2_node::Rig::full();
+        while rig.device.poll_event().is_some() {}
+        for (index, value) in [(0x6040, 6), (0x607A, -1000)] {
+            _ = rig.write(index, 0, value);
+        }
+        let told = std::iter::from_fn(|| rig.device.poll_event()).map(|event| event.to_string());
+        told.filter(|text| text.contains(" written: ")).collect()
     };
     compare(
         "AP10 and ASDA-A2 on CANopen",
@@ -199,6 +253,41 @@ fn other_devices() {
                 "ASDA-A2: another COB-ID for an RPDO that is on",
                 asda(|rig| _ = rig.write(0x1400, 1, 0x22F)),
             ),
+            row(
+                "O-07",
+                "ASDA-A2: control word 000Fh at once",
+                asda(|rig| (0..9).for_each(|_| _ = rig.write(0x6040, 0, 0x000F))),
+            ),
+            row(
+                "O-08",
+                "ASDA-A2: homing with method 0",
+                asda(|rig| {
+                    _ = rig.write(0x6060, 0, 6);
+                    [6, 7, 15, 31].into_iter().for_each(|word| _ = rig.write(0x6040, 0, word));
+                }),
+            ),
+            row(
+                "O-09",
+                "ASDA-A2: another target while bit 4 is 1",
+                asda(|rig| {
+                    _ = rig.write(0x6060, 0, 1);
+                    [6, 7, 15].into_iter().for_each(|word| _ = rig.write(0x6040, 0, word));
+                    for target in [1000, 2000, 3000] {
+                        _ = rig.write(0x607A, 0, target);
+                        _ = rig.write(0x6040, 0, 31);
+                    }
+                }),
+            ),
+            row(
+                "O-10",
+                "ASDA-A2: the heartbeat of node 1 is missing for 100 ms (1016h:01)",
+                asda(|rig| {
+                    _ = rig.write(0x1016, 1, 0x0001_0064);
+                    rig.data(0x701, &[5]);
+                    rig.pass(Duration::from_millis(200));
+                }),
+            ),
+            row("O-11", "ASDA-A2: what was written, with `-v`", written),
         ],
     );
 }

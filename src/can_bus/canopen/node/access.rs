@@ -14,7 +14,7 @@ use crate::can_bus::canopen::event::Event;
 use crate::can_bus::canopen::nmt::NmtState;
 use crate::can_bus::canopen::parameter::Parameter;
 use crate::can_bus::canopen::policy::{OutOfRange, Policy, StateCheck, WrongLength};
-use crate::can_bus::canopen::refusal::{Broken, Refusal, Rule};
+use crate::can_bus::canopen::refusal::{Broken, Change, Refusal, Rule};
 use crate::can_bus::canopen::value::{DataType, Value};
 use crate::time::Instant;
 
@@ -124,7 +124,7 @@ impl Node {
             return Ok(written);
         }
         self.note_written(entry.stored);
-        self.tell(Event::Written { at });
+        self.tell(Event::Written(Change::new(at, Some(entry), part.octets, "")));
         Ok(self.hold(before, written))
     }
 
@@ -154,7 +154,8 @@ impl Node {
                 self.write_home(now, at, entry, octets, source, app)?
             }
         };
-        self.tell(Event::Written { at });
+        let unit = self.unit(at, app);
+        self.tell(Event::Written(Change::new(at, Some(entry), octets, unit)));
         Ok(written)
     }
 
@@ -197,13 +198,16 @@ impl Node {
         octets: &[u8],
         app: &dyn Application,
     ) -> Refusal {
-        let entry = self.entry(at).ok();
-        let unit = match entry.map(|entry| entry.home) {
+        Refusal::broken(at, broken, self.entry(at).ok(), octets, self.unit(at, app))
+    }
+
+    /// What a number in an entry counts; empty if nothing is known.
+    fn unit(&self, at: Address, app: &dyn Application) -> &'static str {
+        match self.entry(at).ok().map(|entry| entry.home) {
             Some(Home::Application) => app.unit(at),
             Some(Home::Alias(to)) => app.unit(to),
             Some(Home::Default | Home::Node) | None => "",
-        };
-        Refusal::broken(at, broken, entry, octets, unit)
+        }
     }
 
     fn judge(&self, entry: &'static Entry, octets: &[u8]) -> Result<(), Broken> {

@@ -110,10 +110,11 @@ impl Node {
                 continue;
             }
             *consumer = Consumer::Lost;
-            let Some((node, _)) = self.values.consumers.get(place).copied().and_then(supervised) else {
+            let Some((node, time)) = self.values.consumers.get(place).copied().and_then(supervised) else {
                 continue;
             };
-            self.tell(Event::HeartbeatLost(node));
+            let sub = u8::try_from(place.saturating_add(1)).unwrap_or(u8::MAX);
+            self.tell(Event::HeartbeatLost { node, time, sub });
             let rule = self.policy.heartbeat_error;
             if rule.emcy {
                 self.error_begins(now, Cause::Heartbeat(place), emcy::ERROR_CONTROL);

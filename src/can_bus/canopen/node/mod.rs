@@ -22,7 +22,7 @@ use crate::can_bus::canopen::application::{Application, NmtCause, Notice, Reques
 use crate::can_bus::canopen::cob_id;
 use crate::can_bus::canopen::cob_id::CobId;
 use crate::can_bus::canopen::dictionary::{self, Home, Object};
-use crate::can_bus::canopen::event::Event;
+use crate::can_bus::canopen::event::{Event, NoEffect};
 use crate::can_bus::canopen::nmt::{Command, NmtState, Reset};
 use crate::can_bus::canopen::parameter::{Communication, MAX_CONSUMERS};
 use crate::can_bus::canopen::pdo::{MAX_PDOS, PdoNumber};
@@ -113,6 +113,8 @@ pub struct Node {
     events: Deque<Event, MAX_EVENTS>,
     /// The last NMT command that was not followed and told.
     ignored: Option<u8>,
+    /// What had no effect and was told, one bit for each kind.
+    without_effect: u8,
 }
 
 impl Node {
@@ -143,6 +145,7 @@ impl Node {
             frames_lost: 0,
             events: Deque::new(),
             ignored: None,
+            without_effect: 0,
         }
     }
 
@@ -226,8 +229,10 @@ impl Node {
                     return true;
                 }
                 (id, data) if id == cob_id::SDO_CLIENT + own => {
-                    if data && state.serves_sdo() {
-                        self.sdo_request(now, frame, app);
+                    match (data, state.serves_sdo()) {
+                        (true, true) => self.sdo_request(now, frame, app),
+                        (true, false) => self.no_effect(NoEffect::SdoStopped),
+                        (false, _) => {}
                     }
                     return data;
                 }
@@ -245,7 +250,22 @@ impl Node {
                 (_, true | false) => {}
             }
         }
-        state == NmtState::Operational && self.dispatch_process_data(now, frame, app)
+        if state == NmtState::Operational {
+            return self.dispatch_process_data(now, frame, app);
+        }
+        if let (Some(pdo), false) = (self.rpdo_of(frame.id()), frame.is_remote()) {
+            self.no_effect(NoEffect::RpdoState { pdo, state });
+        }
+        false
+    }
+
+    /// Tells of a frame without effect, of each kind once in a state.
+    #[cold]
+    fn no_effect(&mut self, what: NoEffect) {
+        if self.without_effect & what.mask() == 0 {
+            self.without_effect |= what.mask();
+            self.tell(Event::NoEffect(what));
+        }
     }
 
     fn dispatch_process_data(&mut self, now: Instant, frame: &Frame, app: &mut dyn Application) -> bool {
@@ -329,8 +349,13 @@ impl Node {
 
     /// Tells of a command for this node that it does not follow; of the same one once until it follows one.
     fn nmt_ignored(&mut self, frame: &Frame) {
-        let &[command, node] = frame.octets() else { return };
         let is_nmt = frame.id() == cob_id::NMT_ID && !frame.is_remote();
+        let &[command, node] = frame.octets() else {
+            if is_nmt && self.state.is_some() {
+                self.no_effect(NoEffect::NmtLength { got: frame.octets().len() });
+            }
+            return;
+        };
         let told = self.ignored == Some(command);
         if is_nmt && (node == 0 || node == self.node_id.number()) && !told {
             self.ignored = Some(command);
@@ -344,6 +369,7 @@ impl Node {
             return;
         }
         self.state = Some(to);
+        self.without_effect = 0;
         if !from.serves_sdo() {
             self.restart_sync(now);
         }
@@ -363,6 +389,7 @@ impl Node {
 
     fn reset(&mut self, now: Instant, reset: Reset, app: &mut dyn Application) {
         self.ignored = None;
+        self.without_effect = 0;
         self.sdo.end();
         self.storage.forget_answer();
         self.frames.clear();

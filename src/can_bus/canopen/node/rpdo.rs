@@ -6,7 +6,7 @@ use crate::can_bus::can::{Frame, Id};
 use crate::can_bus::canopen::application::{Application, Notice, Source};
 use crate::can_bus::canopen::cob_id::CobId;
 use crate::can_bus::canopen::emcy;
-use crate::can_bus::canopen::event::Event;
+use crate::can_bus::canopen::event::{Event, NoEffect};
 use crate::can_bus::canopen::pdo::mapping::{self, Pieces};
 use crate::can_bus::canopen::pdo::{MAX_MAPPED, MAX_PDOS, PdoNumber, TransmissionType};
 use crate::time::Instant;
@@ -14,20 +14,32 @@ use crate::time::Instant;
 /// One RPDO.
 #[derive(Clone, Debug)]
 pub(super) struct Rpdo {
-    /// While it is on and carries something.
+    /// While it is on.
     pub(super) id: Option<Id>,
     pieces: Pieces,
     octets: usize,
     /// The newest frame, waiting for SYNC.
     waiting: Option<[u8; 8]>,
+    /// How many before it waited in vain since the last SYNC.
+    unread: u8,
 }
 
+/// So many frames without a SYNC between them show that none comes.
+const UNREAD: u8 = 10;
+
 impl Rpdo {
-    pub(super) const OFF: Self = Self { id: None, pieces: Pieces::new(), octets: 0, waiting: None };
+    pub(super) const OFF: Self =
+        Self { id: None, pieces: Pieces::new(), octets: 0, waiting: None, unread: 0 };
+
+    const fn take_waiting(&mut self) -> Option<[u8; 8]> {
+        self.unread = 0;
+        self.waiting.take()
+    }
 
     /// Forgets what waits for a SYNC.
     pub(super) const fn forget(&mut self) {
         self.waiting = None;
+        self.unread = 0;
     }
 }
 
@@ -37,9 +49,9 @@ impl Node {
         let values = self.values.rpdo(pdo);
         let pieces = mapping::pieces(self.objects, values.mapping());
         let octets = mapping::octets(&pieces);
-        let id = CobId(values.cob_id).active().filter(|_| octets != 0);
+        let id = CobId(values.cob_id).active();
         if let Some(rpdo) = self.rpdos.get_mut(pdo.place()) {
-            *rpdo = Rpdo { id, pieces, octets, waiting: None };
+            *rpdo = Rpdo { id, pieces, octets, waiting: None, unread: 0 };
         }
     }
 
@@ -51,7 +63,7 @@ impl Node {
 
     /// Whether this is the identifier of an RPDO that is on, whatever it carries.
     pub(crate) fn takes_rpdo(&self, id: Id) -> bool {
-        PdoNumber::ALL.iter().any(|pdo| CobId(self.values.rpdo(*pdo).cob_id).active() == Some(id))
+        self.rpdo_of(id).is_some()
     }
 
     /// A data frame for an RPDO in OPERATIONAL.
@@ -66,6 +78,9 @@ impl Node {
         let in_window = self.in_sync_window(now);
         let Some(rpdo) = self.rpdos.get_mut(pdo.place()) else { return };
         let octets = frame.octets();
+        if rpdo.octets == 0 {
+            return self.no_effect(NoEffect::RpdoEmpty { pdo });
+        }
         if octets.len() < rpdo.octets {
             let [expected, got] = [rpdo.octets, octets.len()].map(|len| u8::try_from(len).unwrap_or(8));
             self.tell(Event::RpdoLength { pdo, expected, got });
@@ -80,8 +95,13 @@ impl Node {
             *place = *octet;
         }
         if kind.is_synchronous() {
-            if in_window {
-                rpdo.waiting = Some(data);
+            if !in_window {
+                self.no_effect(NoEffect::RpdoLate { pdo });
+            } else if rpdo.waiting.replace(data).is_some() {
+                rpdo.unread = rpdo.unread.saturating_add(1);
+                if rpdo.unread == UNREAD {
+                    self.no_effect(NoEffect::RpdoWaits { pdo });
+                }
             }
         } else {
             self.take(now, pdo, data, app);
@@ -92,7 +112,7 @@ impl Node {
     /// SYNC: what waits acts, the lowest number first.
     pub(super) fn take_synchronous_rpdos(&mut self, now: Instant, app: &mut dyn Application) {
         for place in 0..MAX_PDOS {
-            let waiting = self.rpdos.get_mut(place).and_then(|rpdo| rpdo.waiting.take());
+            let waiting = self.rpdos.get_mut(place).and_then(Rpdo::take_waiting);
             if let (Some(data), Some(pdo)) = (waiting, PdoNumber::ALL.get(place)) {
                 self.take(now, *pdo, data, app);
             }

@@ -8,7 +8,7 @@ use crate::can_bus::canopen::address::Address;
 use crate::can_bus::canopen::application::{Application, Part, Source, Written};
 use crate::can_bus::canopen::cob_id;
 use crate::can_bus::canopen::dictionary::Home;
-use crate::can_bus::canopen::event::Event;
+use crate::can_bus::canopen::event::{Event, NoEffect};
 use crate::can_bus::canopen::refusal::{Broken, Refusal};
 use crate::can_bus::canopen::sdo::{FRAME_LEN, MAX_VALUE_LEN, Response, SdoRequest};
 use crate::time::Instant;
@@ -68,7 +68,9 @@ impl Server {
 impl Node {
     /// A frame on 600h + node while SDOs are served.
     pub(super) fn sdo_request(&mut self, now: Instant, frame: &Frame, app: &mut dyn Application) {
-        let Ok(octets) = <[u8; FRAME_LEN]>::try_from(frame.octets()) else { return };
+        let Ok(octets) = <[u8; FRAME_LEN]>::try_from(frame.octets()) else {
+            return self.no_effect(NoEffect::SdoLength { got: frame.octets().len() });
+        };
         // Whatever the client wants, it does not wait for an older answer.
         self.storage.forget_answer();
         let [command, ..] = octets;

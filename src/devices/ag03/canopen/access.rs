@@ -63,7 +63,10 @@ impl Application for Part {
                 let word = ControlWord(u16::from_le_bytes([low, high]));
                 match source {
                     Source::Rpdo(_) => self.received = Some(word),
-                    Source::Sdo | Source::Image => self.on_word(word),
+                    Source::Sdo | Source::Image => {
+                        self.on_word(word);
+                        self.look_at_target(true);
+                    }
                 }
             }
             ((0x607A, 0), Source::Sdo | Source::Rpdo(_)) => self.target = number,

@@ -3,6 +3,7 @@
 //!
 //! A control word is evaluated when it comes, by a step of the unit without length; time passes in application cycles.
 
+use core::convert::Infallible;
 use core::time::Duration;
 
 use heapless::Deque;
@@ -17,11 +18,13 @@ use super::words::{ControlWord, CwBit, is_active, status_word};
 use crate::can_bus::can::ErrorState;
 use crate::can_bus::canopen::emcy::COMMUNICATION;
 use crate::can_bus::canopen::{Emergency, NmtState, NodeId, Notice, Request, Reset};
+use crate::can_bus::cia402::Controlword;
 use crate::devices::ag03::drive;
 use crate::devices::ag03::drive::{Command, Direction, Fault, FaultSet, Inching, Mode, Operation};
 use crate::devices::ag03::profibus::words;
 use crate::devices::ag03::profibus::words::Words;
 use crate::devices::ag03::unit::{Queue, Unit};
+use crate::devices::servo::news::{News, Targets};
 
 /// The bit rates of 2100h in bits per second, by code.
 pub(super) const RATES: [u32; 12] =
@@ -77,6 +80,7 @@ pub(super) struct Part {
     ssw: Words,
     requests: Deque<Request, 24>,
     events: Queue<Event, 16>,
+    targets: Targets,
     changed: bool,
 }
 
@@ -108,6 +112,7 @@ impl Part {
             ssw,
             requests: Deque::new(),
             events: Queue::default(),
+            targets: Targets::default(),
             changed: true,
             unit,
         }
@@ -228,6 +233,15 @@ impl Part {
     pub(super) fn on_word(&mut self, word: ControlWord) {
         let before = core::mem::replace(&mut self.word, word);
         let was = self.state;
+        self.follow(word, before, was);
+        let states = (was.of_profile(), self.state.of_profile());
+        let words = (Controlword(word.0), Controlword(before.0));
+        if News::<Infallible>::of_command(words, states, true).is_some() {
+            self.events.push(Event::NoEffect { word: word.0, state: self.state });
+        }
+    }
+
+    fn follow(&mut self, word: ControlWord, before: ControlWord, was: State) {
         if was == State::Fault {
             let acknowledge = word.rises(before, CwBit::FaultReset);
             self.step(Duration::ZERO, Edges { acknowledge, ..Edges::default() });
@@ -247,11 +261,26 @@ impl Part {
         let enable = !stays && self.state == State::OperationEnabled;
         let travel = stays && self.mode == Mode::Positioning && word.rises(before, CwBit::NewSetpoint);
         let in_range = (-MAX_TARGET..=MAX_TARGET).contains(&self.target);
+        if travel {
+            self.targets.take(self.target.into());
+        }
         if travel && !in_range {
             self.events.push(Event::TargetRefused { got: self.target });
         }
         self.step(Duration::ZERO, Edges { enable, travel: travel && in_range, acknowledge: false });
         self.changed = true;
+    }
+
+    /// A control word was taken: whether it misses a target. `at_once`: it came alone, by SDO.
+    pub(super) fn look_at_target(&mut self, at_once: bool) {
+        let (word, target) = (self.word, self.target);
+        if self.state == State::OperationEnabled
+            && self.mode == Mode::Positioning
+            && word.has(CwBit::NewSetpoint)
+            && self.targets.kept::<Infallible>(Controlword(word.0), target.into(), at_once).is_some()
+        {
+            self.events.push(Event::TargetNotTaken { word: word.0, target });
+        }
     }
 
     /// Bits 8 and 13 to 15 in OPERATION ENABLED.
@@ -284,7 +313,10 @@ impl Part {
                 }
             }
             Notice::RpdoTaken(_) => match self.received.take() {
-                Some(word) => self.on_word(word),
+                Some(word) => {
+                    self.on_word(word);
+                    self.look_at_target(false);
+                }
                 None => self.evaluate(),
             },
             Notice::LifeGuardingExpired(_) => self.drop_out(),

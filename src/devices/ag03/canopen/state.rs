@@ -11,6 +11,7 @@
 //!      FAULT ◀─13─ any                                                                    QUICK STOP ACTIVE ◀┘
 //! ```
 
+use crate::can_bus::cia402;
 use core::fmt;
 
 use strum::VariantArray;
@@ -130,6 +131,18 @@ impl State {
                 | Request::EnableOperation
                 | Request::None,
             ) => self,
+        }
+    }
+
+    /// The same state of CiA 402.
+    pub(super) const fn of_profile(self) -> cia402::State {
+        match self {
+            Self::SwitchOnDisabled => cia402::State::SwitchOnDisabled,
+            Self::ReadyToSwitchOn => cia402::State::ReadyToSwitchOn,
+            Self::SwitchedOn => cia402::State::SwitchedOn,
+            Self::OperationEnabled => cia402::State::OperationEnabled,
+            Self::QuickStopActive => cia402::State::QuickStopActive,
+            Self::Fault => cia402::State::Fault,
         }
     }
 

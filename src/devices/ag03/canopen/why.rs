@@ -4,7 +4,6 @@ use core::fmt;
 
 use super::state::State;
 use super::{Ag03Node, Power};
-use crate::can_bus::cia402;
 use crate::devices::ag03::drive;
 use crate::devices::ag03::why::of_power;
 use crate::devices::reasons;
@@ -31,11 +30,11 @@ impl Why for Ag03Node {
 /// What to send until operation is enabled.
 const fn to_enable(state: State) -> &'static str {
     match state {
-        State::SwitchOnDisabled => cia402::State::SwitchOnDisabled.to_enable(),
-        State::ReadyToSwitchOn => cia402::State::ReadyToSwitchOn.to_enable(),
-        State::SwitchedOn => cia402::State::SwitchedOn.to_enable(),
-        State::OperationEnabled => cia402::State::OperationEnabled.to_enable(),
-        State::QuickStopActive => cia402::State::QuickStopActive.to_enable(),
+        State::SwitchOnDisabled
+        | State::ReadyToSwitchOn
+        | State::SwitchedOn
+        | State::OperationEnabled
+        | State::QuickStopActive => state.of_profile().to_enable(),
         State::Fault => {
             "a fault is latched (1001h, 603Fh): remove the cause, then send 6040h = 0000h, then 0080h (bit 7), then \
              0006h, then 0007h, then 000Fh"

@@ -117,7 +117,6 @@ impl Drive {
                 Event::Restarted => self.want(Request::ErrorRegister(0)),
                 Event::Cleared(0) => self.want(Request::Emergency(Emergency::gone(0))),
                 Event::Cleared(register) => self.want(Request::ErrorRegister(register)),
-                Event::State(_) => {}
             }
         }
     }
@@ -169,6 +168,7 @@ impl Application for Drive {
         if at == CONTROLWORD {
             self.servo.advance(now);
             self.servo.control(Controlword(u16::try_from(number).map_err(|_| Abort::INTERNAL)?));
+            self.servo.look_at_target(source == Source::Sdo);
             return Ok(Written::Done);
         }
         if let Some(place) = stored::place(at.pair()) {

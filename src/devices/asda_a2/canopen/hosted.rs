@@ -4,8 +4,10 @@ use super::AsdaA2;
 use super::application::RATES;
 use crate::can_bus::can::{ErrorState, Frame};
 use crate::can_bus::canopen::{Address, Application, Node, Refusal};
-use crate::devices::CanopenDevice;
 use crate::devices::asda_a2::Alarm;
+use crate::devices::{CanopenDevice, CanopenEvent};
+#[cfg(feature = "std")]
+use crate::face::AnyDeviceEvent;
 use crate::face::Description;
 use crate::time::Instant;
 
@@ -81,6 +83,17 @@ impl CanopenDevice for AsdaA2 {
             ErrorState::BusOff => self.drive.servo.raise(Alarm::BusOff),
         }
         self.node.handle_change(now, &mut self.drive);
+    }
+
+    fn poll_event(&mut self) -> Option<CanopenEvent> {
+        if let Some(event) = self.node.poll_event() {
+            return Some(CanopenEvent::Node(event));
+        }
+        #[cfg(feature = "std")]
+        if let Some(news) = self.drive.servo.poll_news() {
+            return Some(CanopenEvent::Device(AnyDeviceEvent::new(news)));
+        }
+        None
     }
 
     fn poll_timeout(&self) -> Option<Instant> {
