@@ -10,6 +10,8 @@
     clippy::alloc_instead_of_core
 )]
 
+#[path = "../../examples/own_station.rs"]
+mod own_station;
 #[path = "../helpers/test_master/mod.rs"]
 mod test_master;
 

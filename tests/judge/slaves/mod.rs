@@ -8,6 +8,7 @@ use profidrive::profibus::dp::{Description, Fixed, Station};
 use profidrive::profibus::fdl::Address;
 use profidrive::time::BaudRate;
 
+mod devices;
 mod mistakes;
 mod rig;
 

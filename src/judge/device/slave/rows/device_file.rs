@@ -241,6 +241,9 @@ fn k08(bench: &mut Bench) -> Course {
     if !gsd.is_modular() || !bench.setup.modules.is_empty() {
         return inapplicable("the slave has the modules that it has");
     }
+    if gsd.flags.fixed_presets || !gsd.slots.is_empty() {
+        return inapplicable("a module alone is no configuration of this file");
+    }
     let one = |bench: &mut Bench, place: usize, cfg: &[u8]| -> Course {
         let user = gsd.default_user_prm(&[place]);
         let prm = crate::judge::device::slave::bench::Prm::lock(bench.ident, user);
