@@ -25,6 +25,7 @@ mod compare;
 mod date;
 mod device;
 mod line;
+mod node;
 mod operated;
 mod recorded;
 mod scenarios;
@@ -41,6 +42,9 @@ pub(crate) fn judge(args: &args::Judge) -> Result<ExitCode, Failure> {
     }
     if let Some(slave) = &args.slave {
         return device::slave(args, slave);
+    }
+    if let Some(judged) = &args.node {
+        return node::node(args, judged);
     }
     let setup = setup(args)?;
     let rows = args::rows_of(&args.only);

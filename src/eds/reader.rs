@@ -6,8 +6,7 @@ mod objects;
 mod values;
 
 use super::lines::{self, Key, Section};
-use super::xdd::Written;
-use super::{Eds, MAX_FILE_LEN, ReadError, check, number, xdd};
+use super::{Eds, MAX_FILE_LEN, ReadError, check, number};
 use crate::device_file::{CodePage, Hint, Level, Place, Utf16, decode};
 
 /// Reads a file.
@@ -20,22 +19,13 @@ pub(super) fn read(octets: &[u8]) -> Result<Eds, ReadError> {
         return Err(ReadError::Empty);
     }
     let mut hints = Vec::new();
-    let is_xml = xdd::is_xml(&text);
-    let written = if is_xml { xdd::sections(&text)? } else { Vec::new() };
-    let sections = match &written[..] {
-        [] => lines::sections(&text, &mut hints),
-        written => written.iter().map(Written::section).collect(),
-    };
+    let sections = lines::sections(&text, &mut hints);
     if sections.is_empty() {
         return Err(if text.lines().any(is_gsd) { ReadError::Gsd } else { ReadError::NoSection });
     }
     let mut reader = Reader { code_page, sections: Sections(&sections), hints };
     let mut objects = reader.objects(&sections)?;
-    if is_xml {
-        lists::without_lists(&mut objects);
-    } else {
-        reader.lists(&mut objects);
-    }
+    reader.lists(&mut objects);
     let mut eds = Eds {
         code_page,
         file: reader.file_info(),

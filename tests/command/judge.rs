@@ -18,6 +18,7 @@ mod compared;
 mod configured;
 mod gitlab;
 mod masters;
+mod nodes;
 mod rates;
 mod rings;
 mod wide;

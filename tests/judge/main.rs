@@ -23,6 +23,7 @@ mod endings;
 mod habits;
 mod live;
 mod many;
+mod nodes;
 mod operated;
 #[cfg(feature = "master")]
 mod profirust;

@@ -74,7 +74,10 @@ const TABLE: &[(&str, &[&str])] = &[
     ),
     ("bench", &["devices", "explain", "face", "host", "profibus", "time"]),
     // Stations on a line, live or simulated, and telegrams in words.
-    ("judge", &["bench", "chance", "devices", "explain", "gsd", "host", "profibus", "time"]),
+    (
+        "judge",
+        &["bench", "can_bus", "chance", "devices", "eds", "explain", "gsd", "host", "profibus", "time"],
+    ),
     ("panel", &["can_bus", "devices", "explain", "face", "gsd", "host", "process", "profibus", "time"]),
     // The numbers of lines, served as the panel is.
     ("metrics", &["can_bus", "devices", "face", "host", "panel", "profibus"]),

@@ -4,23 +4,27 @@ use core::str::FromStr;
 use core::time::Duration;
 use std::path::PathBuf;
 
-use crate::judge::device::slave;
+use crate::host::can;
+use crate::judge::device::{node, slave};
 use crate::judge::{Requirement, Row, Slave};
 use crate::profibus::fdl::Address;
 use crate::time::BaudRate;
 use clap::Args;
 
-use super::judged_device::{DeviceLink, JudgedSlave};
+use super::judged_device::{DeviceLink, JudgedNode, JudgedSlave};
 use super::spec::address;
 use super::{BaudSpec, LinkSpec};
 
-/// Judges a DP master or a slave: makes errors on purpose, and says row by row whether it reacts correctly
+/// Judges a DP master, a slave or a CANopen node: makes errors on purpose, and says row by row whether it reacts correctly
 ///
 /// A master: emulates its slaves. Prints `ready link=LINK stations=5,6`; then start the master under test, configured for
 /// exactly these stations. The master is not changed.
 ///
 /// A slave, with --slave: is its master, and tries it. Outputs are zero, and its address stays, unless --moves-allowed says
 /// otherwise: do not give that option while the device can move a machine.
+///
+/// A node, with --node: is the master of its network. It is only read unless --write is given, and nothing moves unless
+/// --moves-allowed is.
 ///
 /// Exit status: 0 passed and complete, 1 a row failed, 2 wrong command line, 3 no master (no device) or no data exchange, 4
 /// not finished or not enough judged, 5 a file or the link fails.
@@ -37,7 +41,8 @@ pub(crate) struct Judge {
     pub(crate) capture_file: Option<PathBuf>,
 
     /// The line of the master: pty, pty:PATH, serial:DEVICE or tcp:HOST:PORT (listens). Of a device: pty:PATH (makes it), the
-    /// path of a terminal, serial:DEVICE, tcp:HOST:PORT (connects) or tcp-listen:HOST:PORT
+    /// path of a terminal, serial:DEVICE, tcp:HOST:PORT (connects) or tcp-listen:HOST:PORT. Of a node: slcan-pty:PATH (makes it),
+    /// slcan-tty:DEVICE, slcan-tcp:HOST:PORT (connects) or socketcan:INTERFACE
     #[arg(long, value_name = "LINK", default_value = "pty")]
     pub(crate) link: JudgeLink,
 
@@ -48,7 +53,18 @@ pub(crate) struct Judge {
         "master_gsd", "watchdog", "retries", "hsa", "gap_factor", "ttr", "min_interval", "auto_clear", "soak", "scenarios"])]
     pub(crate) slave: Option<JudgedSlave>,
 
-    /// Of a device: outputs other than zero are sent, and its address is changed and changed back
+    /// Judges the CANopen node of this number: ID[,eds=FILE], with a link of a CAN bus. It is only read unless --write is given
+    #[arg(long, value_name = "SPEC", group = "device", conflicts_with_all = ["capture_file", "class", "stations", "line",
+        "master_gsd", "watchdog", "retries", "hsa", "gap_factor", "ttr", "min_interval", "auto_clear", "soak", "scenarios",
+        "slave", "slot", "master", "capture"])]
+    pub(crate) node: Option<JudgedNode>,
+
+    /// Of a node: its objects are written, and written back: communication parameters, and values that no PDO carries
+    #[arg(long, requires = "node", conflicts_with = "slave")]
+    pub(crate) write: bool,
+
+    /// Of a device: outputs other than zero are sent, and its address is changed and changed back; process data of a node are
+    /// written, and a drive is enabled and moved
     #[arg(long, requires = "device")]
     pub(crate) moves_allowed: bool,
 
@@ -188,7 +204,9 @@ Examples:
   profidrive judge line.pcapng                judges a capture of a foreign bus
   profidrive judge --slave 5,gsd=my.gsd --link pty:/tmp/bus --html slave.html
                                               judges the slave that opens /tmp/bus
-  profidrive judge --slave 5,gsd=my.gsd --link serial:/dev/ttyUSB0 --baud 19200 --ask ./bench.sh --moves-allowed";
+  profidrive judge --slave 5,gsd=my.gsd --link serial:/dev/ttyUSB0 --baud 19200 --ask ./bench.sh --moves-allowed
+  profidrive judge --node 7,eds=my.eds --link slcan-tty:/dev/ttyACM0 --baud 250000 --write
+                                              judges node 7 of the bus behind an slcan adapter";
 
 /// The rows of one pattern, whoever is judged.
 #[derive(Clone, Debug)]
@@ -212,7 +230,8 @@ pub(crate) fn rows_of<R: Requirement>(patterns: &[Rows]) -> Vec<R> {
 
 fn rows(pattern: &str) -> Result<Rows, String> {
     let rows = Rows(pattern.trim().into());
-    if rows.of::<Row>().is_empty() && rows.of::<slave::Row>().is_empty() {
+    if rows.of::<Row>().is_empty() && rows.of::<slave::Row>().is_empty() && rows.of::<node::Row>().is_empty()
+    {
         return Err("no row has this name; expected names such as M-C03, or beginnings such as M-E*".into());
     }
     Ok(rows)
@@ -223,12 +242,32 @@ fn rows(pattern: &str) -> Result<Rows, String> {
 pub(crate) struct JudgeLink(String);
 
 impl JudgeLink {
+    /// As it was given.
+    pub(crate) fn text(&self) -> &str {
+        &self.0
+    }
+
     /// Of a master.
     ///
     /// # Errors
     /// It is one of a device.
     pub(crate) fn of_master(&self) -> Result<LinkSpec, String> {
         self.0.parse()
+    }
+
+    /// Of a node.
+    ///
+    /// # Errors
+    /// It is no link of a CAN bus.
+    pub(crate) fn of_node(&self) -> Result<can::LinkSpec, String> {
+        match self.of_master() {
+            Ok(LinkSpec::Can(spec)) => Ok(spec),
+            Ok(LinkSpec::Pty(_) | LinkSpec::Serial(_) | LinkSpec::Tcp(_)) | Err(_) => {
+                Err("a node is on a CAN bus; expected --link slcan-pty:PATH, slcan-tty:DEVICE, slcan-tcp:HOST:PORT or \
+                     socketcan:INTERFACE"
+                    .into())
+            }
+        }
     }
 
     /// Of a device.
@@ -464,6 +503,10 @@ impl Judge {
         if self.slave.is_some() {
             self.link.of_device()?;
             return self.check_rows::<slave::Row>();
+        }
+        if self.node.is_some() {
+            self.link.of_node()?;
+            return self.check_rows::<node::Row>();
         }
         if let LinkSpec::Can(_) = self.link.of_master()? {
             return Err("a link of a CAN bus is for CANopen; the judge plays slaves of PROFIBUS-DP".into());

@@ -1,8 +1,9 @@
-//! `judge --slave`: which device, and where.
+//! `judge --slave`, `judge --node`: which device, and where.
 
 use core::str::FromStr;
 use std::path::PathBuf;
 
+use crate::can_bus::canopen::NodeId;
 use crate::profibus::fdl::Address;
 use crate::profibus::ppo::PpoType;
 
@@ -78,6 +79,31 @@ impl FromStr for JudgedSlave {
             return Err("126 is the address of a slave that has none yet; give it one first".into());
         }
         Ok(slave)
+    }
+}
+
+/// A node under test.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct JudgedNode {
+    pub(crate) node: NodeId,
+    pub(crate) eds: Option<PathBuf>,
+}
+
+impl FromStr for JudgedNode {
+    type Err = String;
+
+    fn from_str(spec: &str) -> Result<Self, String> {
+        const FORM: &str = "expected ID[,eds=FILE], ID 1 to 127";
+        let (number, rest) = spec.split_once(',').unwrap_or((spec, ""));
+        let number = number.parse::<u8>().map_err(|_| format!("'{number}' is no node number; {FORM}"))?;
+        let node = NodeId::new(number).map_err(|error| format!("{error}; {FORM}"))?;
+        let eds = match rest.strip_prefix("eds=") {
+            Some("") => return Err(format!("eds= needs a file; {FORM}")),
+            Some(file) => Some(file.into()),
+            None if rest.is_empty() => None,
+            None => return Err(format!("'{rest}' is not understood; {FORM}")),
+        };
+        Ok(Self { node, eds })
     }
 }
 
@@ -171,6 +197,17 @@ mod tests {
         ] {
             let error = spec.parse::<JudgedSlave>().unwrap_err();
             assert!(error.contains(part), "{spec}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_node_is_a_number_and_its_data_sheet() {
+        let node: JudgedNode = "7,eds=my, own.eds".parse().unwrap();
+        assert_eq!((node.node.number(), node.eds), (7, Some("my, own.eds".into())));
+        assert_eq!("127".parse::<JudgedNode>().unwrap().eds, None);
+        for wrong in ["", "0", "128", "x", "5,", "5,eds=", "5,gsd=x"] {
+            let parsed = wrong.parse::<JudgedNode>();
+            assert_eq!(parsed.is_err(), wrong != "5,", "{wrong}: {parsed:?}");
         }
     }
 

@@ -37,7 +37,7 @@ pub(crate) use encode::{
 };
 pub(crate) use gsd::{Check, Gsd};
 pub(crate) use judge::{Compare, Judge, JudgedStation, Rows, millis as judge_millis, rows_of};
-pub(crate) use judged_device::{DeviceLink, JudgedSlave};
+pub(crate) use judged_device::{DeviceLink, JudgedNode, JudgedSlave};
 #[cfg(test)]
 pub(crate) use link::CAN_RATES;
 pub(crate) use link::{BaudSpec, LinkSpec};

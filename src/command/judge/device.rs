@@ -38,7 +38,7 @@ pub(super) fn slave(args: &args::Judge, slave: &JudgedSlave) -> Result<ExitCode,
 }
 
 /// Who does things at the device: the command of the user.
-fn attendant(command: &str) -> Box<dyn Attendant> {
+pub(super) fn attendant(command: &str) -> Box<dyn Attendant> {
     let command = command.to_string();
     Box::new(move |action: &str| {
         info!("asking: {command} {action}");

@@ -62,7 +62,8 @@ pub(super) fn master(args: &Master, place: &CanPlace) -> Result<(), Failure> {
     device::act(&mut drive, &args.action, leave, args.json)
 }
 
-fn open(place: &CanPlace, rate: BitRate) -> Result<Box<dyn CanEndpoint>, Failure> {
+/// The bus behind an adapter or an interface.
+pub(in crate::command) fn open(place: &CanPlace, rate: BitRate) -> Result<Box<dyn CanEndpoint>, Failure> {
     let failed = |error: std::io::Error| Failure::Other(format!("cannot open the bus: {error}"));
     Ok(match place {
         CanPlace::Terminal(path) => open_slcan(path, rate).map_err(|error| Failure::from_error(&error))?,

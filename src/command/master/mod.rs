@@ -40,6 +40,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use super::args::{Action, Master};
 use super::{Failure, signals};
 use crate::master::DriveError;
+pub(super) use canopen::open as open_can;
 use trouble::Trouble;
 
 /// How often a wait that is shown is shown anew.

@@ -106,11 +106,17 @@ impl Adapters {
         Ok(())
     }
 
-    /// Sleeps until a master sends something, comes, leaves or reads, or until a stop or `until`.
-    pub(super) fn wait<E: 'static>(&mut self, bus: &Bus<E>, now: Instant, stop: &Stop) -> io::Result<()> {
+    /// Sleeps until a master sends something, comes, leaves or reads, or until a stop or `latest`.
+    pub(super) fn wait<E: 'static>(
+        &mut self,
+        bus: &Bus<E>,
+        now: Instant,
+        latest: Option<Instant>,
+        stop: &Stop,
+    ) -> io::Result<()> {
         let pause = self.port.as_ref().and_then(|port| port.pause);
         let held = self.adapters.iter().filter_map(Adapter::held_until).min();
-        let until = Instant::first_of(Instant::first_of(bus.poll_noticed(), pause), held);
+        let until = [bus.poll_noticed(), pause, held, latest].into_iter().flatten().min();
         let patience = self.adapters.iter_mut().filter_map(Adapter::patience).min();
         let timeout = until.map(|until| until.saturating_since(now)).into_iter().chain(patience).min();
         let mut sleep = Sleep::until(stop);

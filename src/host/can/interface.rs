@@ -55,9 +55,16 @@ impl Interface {
         Ok(())
     }
 
-    /// Sleeps until something comes from outside, or until a stop or what is due on the bus.
-    pub(super) fn wait<E: 'static>(&mut self, bus: &Bus<E>, now: Instant, stop: &Stop) -> io::Result<()> {
-        let timeout = bus.poll_noticed().map(|until| until.saturating_since(now));
+    /// Sleeps until something comes from outside, or until a stop, what is due on the bus, or `latest`.
+    pub(super) fn wait<E: 'static>(
+        &mut self,
+        bus: &Bus<E>,
+        now: Instant,
+        latest: Option<Instant>,
+        stop: &Stop,
+    ) -> io::Result<()> {
+        let until = Instant::first_of(bus.poll_noticed(), latest);
+        let timeout = until.map(|until| until.saturating_since(now));
         self.endpoint.wait(timeout, stop)
     }
 }

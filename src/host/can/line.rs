@@ -10,6 +10,7 @@ use super::{Bus, CanEndpoint, CanParticipant, LinkSpec, Seat};
 use crate::can_bus::can::BitRate;
 use crate::can_bus::can::slcan::{BusTiming, Channel, Refusal};
 use crate::host::{Clock, Error, Reach, Stop, SystemClock};
+use crate::time::Instant;
 
 /// Something that happened on a [`Line`].
 #[derive(Clone, Debug, PartialEq)]
@@ -203,6 +204,17 @@ impl<E: 'static> Line<E> {
     /// # Errors
     /// As [`Line::run`].
     pub fn turn(&mut self, stay: Stay, stop: &Stop, on_news: &mut dyn FnMut(News<E>)) -> Result<(), Error> {
+        self.turn_until(stay, None, stop, on_news)
+    }
+
+    /// The same, and sleeps no longer than until `latest`.
+    pub(super) fn turn_until(
+        &mut self,
+        stay: Stay,
+        latest: Option<Instant>,
+        stop: &Stop,
+        on_news: &mut dyn FnMut(News<E>),
+    ) -> Result<(), Error> {
         let failed = |source| Error::Link { source };
         let now = self.clock.now();
         self.bus.handle_timeout(now);
@@ -229,8 +241,8 @@ impl<E: 'static> Line<E> {
         }
         let now = self.clock.now();
         match &mut self.masters {
-            Masters::Adapters(adapters) => adapters.wait(&self.bus, now, stop).map_err(failed),
-            Masters::Outside(outside) => outside.wait(&self.bus, now, stop).map_err(failed),
+            Masters::Adapters(adapters) => adapters.wait(&self.bus, now, latest, stop).map_err(failed),
+            Masters::Outside(outside) => outside.wait(&self.bus, now, latest, stop).map_err(failed),
         }
     }
 }

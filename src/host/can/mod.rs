@@ -12,6 +12,7 @@
 //! | [`fault`] | frames lost, late, doubled, damaged on purpose |
 //! | [`hint`](BusHint) | what is odd, said once |
 //! | [`line`](Line) | the bus in real time with the adapters of its masters |
+//! | `line_end` | the same as one of its masters has it |
 //! | [`node`](StoredNode) | a CANopen device as a participant, and its EEPROM |
 //! | `node_counters` | what a node has heard and sent, what went wrong |
 //! | `node_faults` | the faults of a bus with nodes: [`Bus::add_fault`] |
@@ -49,6 +50,7 @@ pub mod fault;
 mod hint;
 mod interface;
 mod line;
+mod line_end;
 mod link_spec;
 mod node;
 mod node_counters;
@@ -65,6 +67,7 @@ pub use hint::{BusHint, NodeRequest, NodeWatch, Numbers};
 pub use interface::{open_slcan, open_socketcan};
 pub(crate) use line::AdapterNews;
 pub use line::{Line, News, Stay};
+pub(crate) use line_end::LineEnd;
 pub use link_spec::{LinkSpec, LinkSpecError};
 pub use node::StoredNode;
 pub(crate) use node_counters::NodeCounters;

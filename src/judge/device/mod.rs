@@ -13,6 +13,7 @@
 //! | `play` | the run: rows one after the other, and what one says of the others |
 //! | `ending` | [`Ending`]: how a judgement of a device ends |
 //! | `attendant` | [`Attendant`]: who does by hand what the bus cannot |
+//! | [`node`] | CANopen nodes |
 //! | [`slave`] | DP slaves |
 //!
 //! A row is one function. It begins where `settle` has left the device, and ends with `Ok` if it held. What it sends and
@@ -21,6 +22,7 @@
 mod attendant;
 mod course;
 mod ending;
+pub mod node;
 mod play;
 mod row;
 pub mod slave;

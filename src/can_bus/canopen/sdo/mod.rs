@@ -20,7 +20,7 @@
 //! | `block` | requests of block transfers, and their checksum |
 //! | [`client`] | the other end, for those who write masters |
 
-pub(super) mod block;
+pub(crate) mod block;
 pub mod client;
 
 use super::abort::Abort;

@@ -25,8 +25,7 @@ impl Device {
             tell(Reason::new("AddressNotSet", &text));
         } else {
             let slave = self.slave();
-            let advice = APPLICATION.cfg_advice;
-            reasons::of_slave(slave.state(), &slave.diagnosis(), slave.outputs(), advice, tell);
+            reasons::of_slave(slave.state(), &slave.diagnosis(), APPLICATION.cfg_advice, tell);
         }
         self.each_of_drive(tell);
     }

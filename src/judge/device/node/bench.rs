@@ -1,0 +1,536 @@
+//! What the rows of nodes are judged with: the node, its state, and what was written to it.
+
+use core::time::Duration;
+use std::collections::BTreeMap;
+
+use super::objects::Known;
+use super::wire::{Passed, Wire};
+use super::{Setup, rows};
+use crate::can_bus::can::{Frame, Id};
+use crate::can_bus::canopen::{Address, NmtState, NodeId, cob_id};
+use crate::explain::canopen::Network;
+use crate::explain::hex;
+use crate::judge::device::course::{Course, Halt, broken, inapplicable};
+use crate::judge::device::play::Trial;
+use crate::judge::device::row::{Group, Table};
+use crate::judge::device::{Attendant, Ending};
+use crate::judge::moment::{Side, Telegram};
+use crate::profibus::fdl;
+use crate::time::Instant;
+
+/// An answer that takes longer is late: clients give up then.
+pub(super) const LATE: Duration = Duration::from_millis(300);
+/// An answer that takes longer is none.
+const PATIENCE: Duration = Duration::from_millis(1000);
+/// Some drives take two SDO requests within a millisecond for an overrun.
+const PAUSE: Duration = Duration::from_micros(1200);
+/// Nothing comes if nothing came in this time, and what the link adds.
+const SILENCE: Duration = Duration::from_millis(20);
+/// Boot-up after a reset comes within this time.
+const BOOT: Duration = Duration::from_secs(10);
+/// Frames that are shown of one row at most: the last ones.
+const SHOWN: usize = 24;
+/// Probes of a node that no longer answers.
+const PROBES: u32 = 3;
+
+/// A node under test, and a master beside it.
+pub struct Bench {
+    pub(super) setup: Setup,
+    pub(super) wire: Wire,
+    pub(super) known: Known,
+    attendant: Option<Box<dyn Attendant>>,
+    begun: Instant,
+    /// Entries that were written, and what they held, oldest first.
+    written: Vec<(Address, Vec<u8>)>,
+    /// The row has left behind what only a reset ends.
+    dirty: bool,
+    /// Guarding requests are answered.
+    pub(super) guarded: bool,
+    /// When an SDO was sent last, and the least time until the next one.
+    asked: Instant,
+    pub(super) pause: Duration,
+    /// The longest time until the answer to an SDO.
+    pub(super) longest: Duration,
+    /// What is held against rows that were tried: the first breach.
+    noted: BTreeMap<&'static str, (String, Vec<Telegram>)>,
+    /// Services that have an identifier now that is none of the predefined connection set.
+    pub(super) moved: Vec<Id>,
+}
+
+impl core::fmt::Debug for Bench {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Bench").field("setup", &self.setup).field("wire", &self.wire).finish_non_exhaustive()
+    }
+}
+
+impl Bench {
+    pub(super) fn new(setup: Setup, wire: Wire, attendant: Option<Box<dyn Attendant>>) -> Self {
+        let begun = wire.now();
+        Self {
+            setup,
+            wire,
+            known: Known::default(),
+            attendant,
+            begun,
+            written: Vec::new(),
+            dirty: false,
+            guarded: false,
+            asked: begun,
+            pause: PAUSE,
+            longest: Duration::ZERO,
+            noted: BTreeMap::new(),
+            moved: Vec::new(),
+        }
+    }
+
+    pub(super) const fn node(&self) -> NodeId {
+        self.setup.node
+    }
+
+    /// Another node number than that of the node.
+    pub(super) const fn other(&self) -> NodeId {
+        let other =
+            if self.node().number() == 1 { NodeId::new(2) } else { NodeId::new(self.node().number() - 1) };
+        match other {
+            Ok(other) => other,
+            Err(_) => NodeId::MIN,
+        }
+    }
+
+    /// The identifier of a service of the node.
+    pub(super) const fn id(&self, service: u16) -> Id {
+        cob_id::of_node(service, self.node())
+    }
+
+    /// How long nothing must come to say that nothing comes.
+    pub(super) fn silence(&self) -> Duration {
+        SILENCE + self.moment()
+    }
+
+    /// What a node needs to be in another state; none of ours does in virtual time. A node that answers slowly needs more.
+    pub(super) fn moment(&self) -> Duration {
+        if self.wire.latency.is_zero() {
+            Duration::ZERO
+        } else {
+            self.wire.latency / 6 + self.longest.min(LATE)
+        }
+    }
+
+    /// The time of supervision in rows that wait for its end.
+    pub(super) const fn supervision(&self) -> Duration {
+        Duration::from_millis(if self.setup.quick { 50 } else { 100 })
+    }
+
+    /// The row writes to the node.
+    pub(super) fn may_write(&self) -> Course {
+        if self.setup.write {
+            Ok(())
+        } else {
+            inapplicable("needs --write: it writes to objects of the node")
+        }
+    }
+
+    /// The row may make something move.
+    pub(super) fn may_move(&self) -> Course {
+        self.may_write()?;
+        if self.setup.moves_allowed {
+            return Ok(());
+        }
+        inapplicable("needs --moves-allowed: it changes process data of the node, and something may move")
+    }
+
+    /// Has somebody do this at the node.
+    pub(super) fn act(&mut self, action: &str) -> Course<String> {
+        let Some(attendant) = &mut self.attendant else {
+            return inapplicable(format!("needs --ask: a command that does '{action}'"));
+        };
+        let said = attendant.act(action);
+        said.ok_or_else(|| Halt::Inapplicable(format!("--ask does not do '{action}'")))
+    }
+
+    /// Sends a frame of data.
+    pub(super) fn send(&mut self, id: Id, octets: &[u8]) -> Course {
+        match Frame::data(id, octets) {
+            Ok(frame) => self.wire.send(frame),
+            Err(error) => Err(Halt::Missed(error.to_string())),
+        }
+    }
+
+    /// Sends a remote request.
+    pub(super) fn request(&mut self, id: Id, dlc: u8) -> Course {
+        match Frame::remote(id, dlc) {
+            Ok(frame) => self.wire.send(frame),
+            Err(error) => Err(Halt::Missed(error.to_string())),
+        }
+    }
+
+    /// A command of NMT as octets.
+    pub(super) fn nmt(&mut self, octets: &[u8]) -> Course {
+        self.send(cob_id::NMT_ID, octets)
+    }
+
+    /// Everything that comes in this time.
+    pub(super) fn collect(&mut self, time: Duration) -> Course<Vec<Passed>> {
+        let until = self.wire.now().saturating_add(time);
+        let mut all = Vec::new();
+        while let Some(passed) = self.wire.hear(until)? {
+            all.push(passed);
+        }
+        Ok(all)
+    }
+
+    /// The first frame that is wanted, within this time; others are passed over.
+    pub(super) fn find(
+        &mut self,
+        time: Duration,
+        mut wanted: impl FnMut(&Frame) -> bool,
+    ) -> Course<Option<Passed>> {
+        let until = self.wire.now().saturating_add(time);
+        while let Some(passed) = self.wire.hear(until)? {
+            if wanted(&passed.frame) {
+                return Ok(Some(passed));
+            }
+        }
+        Ok(None)
+    }
+
+    /// What has come meanwhile: nobody waits for it.
+    pub(super) fn drain(&mut self) -> Course {
+        self.drain_until(self.wire.now())
+    }
+
+    fn drain_until(&mut self, until: Instant) -> Course {
+        while let Some(passed) = self.wire.hear(until)? {
+            if passed.frame.id() == self.id(cob_id::SDO_SERVER) {
+                self.note("N-O15", "an SDO answer that nobody waits for: a second one, or a late one");
+            }
+        }
+        Ok(())
+    }
+
+    /// No frame with this identifier may come now.
+    pub(super) fn silent_on(&mut self, id: Id, why: &str) -> Course {
+        match self.find(self.silence(), |frame| frame.id() == id)? {
+            None => Ok(()),
+            Some(Passed { frame, .. }) => broken(format!("{why}, and {frame} comes")),
+        }
+    }
+
+    /// Holds something against a row.
+    pub(super) fn note(&mut self, row: &'static str, why: &str) {
+        let shown = self.shown_of(self.wire.last_passed(6));
+        self.noted.entry(row).or_insert_with(|| (why.into(), shown));
+    }
+
+    /// The boot-up of a reset. What was on its way may come before it.
+    pub(super) fn boot_up(&mut self, what: &str) -> Course {
+        self.boots(what, false)
+    }
+
+    /// The boot-up of a reset of a node that was silent, and nothing before it.
+    pub(super) fn boot_up_first(&mut self, what: &str) -> Course {
+        self.boots(what, true)
+    }
+
+    fn boots(&mut self, what: &str, first: bool) -> Course {
+        self.moved.clear();
+        let id = self.id(cob_id::ERROR_CONTROL);
+        let until = self.wire.now().saturating_add(BOOT);
+        loop {
+            let Some(Passed { frame, .. }) = self.wire.hear(until)? else {
+                self.alive()?;
+                return broken(format!("no boot-up after {what} within {} s", BOOT.as_secs()));
+            };
+            if frame.id() == id && !frame.is_remote() && frame.octets() == [0] {
+                return Ok(());
+            }
+            if first && self.is_own(&frame) {
+                return broken(format!("{frame} comes before the boot-up after {what}"));
+            }
+        }
+    }
+
+    /// Whether a frame has an identifier of the node.
+    fn is_own(&self, frame: &Frame) -> bool {
+        const SERVICES: [u16; 7] = [0x080, 0x180, 0x280, 0x380, 0x480, 0x580, 0x700];
+        SERVICES.iter().any(|service| frame.id() == self.id(*service))
+    }
+
+    /// Resets the communication of the node, and waits for its boot-up.
+    pub(super) fn reset(&mut self) -> Course {
+        self.reset_by(0x82, "reset communication")
+    }
+
+    fn reset_by(&mut self, command: u8, name: &str) -> Course {
+        self.drain()?;
+        self.nmt(&[command, self.node().number()])?;
+        self.boot_up(name)?;
+        // In virtual time the node takes requests from then on; another one needs a moment.
+        self.collect(self.moment()).map(drop)
+    }
+
+    /// What the row leaves behind only a reset ends.
+    pub(super) const fn leaves_errors(&mut self) {
+        self.dirty = true;
+    }
+
+    /// Has the node enter a state.
+    pub(super) fn enter(&mut self, state: NmtState) -> Course {
+        let command = match state {
+            NmtState::Operational => 0x01,
+            NmtState::Stopped => 0x02,
+            NmtState::PreOperational => 0x80,
+        };
+        self.nmt(&[command, self.node().number()])?;
+        // It takes the next frame in its new state; another node than ours needs a moment.
+        self.collect(self.moment()).map(drop)
+    }
+
+    /// The answer to a guarding request: bit 7 toggle, then the state.
+    pub(super) fn guard(&mut self) -> Course<Option<u8>> {
+        let id = self.id(cob_id::ERROR_CONTROL);
+        self.request(id, 1)?;
+        let answer = self.find(self.silence(), |frame| frame.id() == id && !frame.is_remote())?;
+        match answer {
+            None => Ok(None),
+            Some(Passed { frame, .. }) => match frame.octets() {
+                [octet] => Ok(Some(*octet)),
+                octets => broken(format!("guarding is answered with {} octets, expected 1", octets.len())),
+            },
+        }
+    }
+
+    /// The state of the node: by guarding, else by its heartbeat; `None`: it has neither.
+    pub(super) fn state(&mut self) -> Course<Option<u8>> {
+        if self.guarded {
+            return Ok(self.guard()?.map(|octet| octet & 0x7F));
+        }
+        let Some(period) = self.known.heartbeat else { return Ok(None) };
+        let id = self.id(cob_id::ERROR_CONTROL);
+        self.drain()?;
+        // What was on its way says the state before.
+        self.collect(self.moment())?;
+        let heard = self.find(period * 2 + self.silence(), |frame| frame.id() == id)?;
+        match heard {
+            Some(Passed { frame, .. }) => Ok(frame.octets().first().map(|octet| octet & 0x7F)),
+            None => broken(format!("no heartbeat within {} ms", (period * 2).as_millis())),
+        }
+    }
+
+    /// Lets the state be seen: by guarding, else by a heartbeat that is set for this row.
+    pub(super) fn show_state(&mut self) -> Course {
+        if self.guarded || self.known.heartbeat.is_some() {
+            return Ok(());
+        }
+        self.may_write()?;
+        if !self.has(0x1017, 0)? {
+            return inapplicable("it answers no guarding request and has no 1017h: its state cannot be seen");
+        }
+        let period = 50_u16;
+        self.set(0x1017, 0, &period.to_le_bytes())?;
+        self.known.heartbeat = Some(Duration::from_millis(period.into()));
+        Ok(())
+    }
+
+    /// The state must be this.
+    pub(super) fn must_be(&mut self, state: NmtState, when: &str) -> Course {
+        match self.state()? {
+            Some(octet) if octet == state.octet() => Ok(()),
+            Some(octet) => {
+                broken(format!("{when} its state is {octet:02X}h, expected {:02X}h ({state})", state.octet()))
+            }
+            None if self.guarded => {
+                self.alive()?;
+                broken(format!("{when} a guarding request is not answered"))
+            }
+            None => inapplicable("its state cannot be seen"),
+        }
+    }
+
+    /// The node answers an SDO in PRE-OPERATIONAL, or it has died.
+    pub(super) fn alive(&mut self) -> Course {
+        for _ in 0..PROBES {
+            if self.exchange([0x40, 0x00, 0x10, 0, 0, 0, 0, 0])?.is_some() {
+                return Ok(());
+            }
+            self.nmt(&[0x80, self.node().number()])?;
+            self.collect(self.silence())?;
+        }
+        Err(Halt::Over(Ending::Died { during: "" }))
+    }
+
+    /// Sends a request to the SDO server, and waits for what it answers.
+    pub(super) fn exchange(&mut self, request: [u8; 8]) -> Course<Option<[u8; 8]>> {
+        self.drain_until(self.asked.saturating_add(self.pause))?;
+        let id = self.id(cob_id::SDO_SERVER);
+        let sent = self.wire.now();
+        self.asked = sent;
+        self.send(self.id(cob_id::SDO_CLIENT), &request)?;
+        let answer = self.find(PATIENCE, |frame| frame.id() == id && !frame.is_remote())?;
+        let Some(Passed { at, frame, .. }) = answer else { return Ok(None) };
+        let after = at.saturating_since(sent);
+        self.longest = self.longest.max(after);
+        if after > LATE {
+            self.note("N-O20", &format!("an SDO is answered after {} ms", after.as_millis()));
+        }
+        match <[u8; 8]>::try_from(frame.octets()) {
+            Ok(octets) => Ok(Some(octets)),
+            Err(_) => broken(format!("an SDO answer of {} octets, expected 8", frame.octets().len())),
+        }
+    }
+
+    /// The answer that must come.
+    pub(super) fn asked(&mut self, request: [u8; 8], what: &str) -> Course<[u8; 8]> {
+        if let Some(answer) = self.exchange(request)? {
+            return Ok(answer);
+        }
+        self.alive()?;
+        broken(format!("{what} is not answered within {} s", PATIENCE.as_secs()))
+    }
+
+    /// Writes an entry that is written back when the row is over.
+    pub(super) fn try_set(&mut self, index: u16, sub: u8, octets: &[u8]) -> Course<Result<(), u32>> {
+        self.may_write()?;
+        let at = Address::new(index, sub);
+        let before = self.upload(at)?;
+        let done = self.download(at, octets)?;
+        if let (Ok(before), Ok(())) = (before, done) {
+            self.written.push((at, before));
+        }
+        Ok(done)
+    }
+
+    /// The same, where it must be taken.
+    pub(super) fn set(&mut self, index: u16, sub: u8, octets: &[u8]) -> Course {
+        match self.try_set(index, sub, octets)? {
+            Ok(()) => Ok(()),
+            Err(code) => {
+                let at = Address::new(index, sub);
+                broken(format!("{at} = {} is refused: {}", hex(octets), super::sdo::refused(code)))
+            }
+        }
+    }
+
+    /// Writes back what rows have written.
+    fn write_back(&mut self) -> Course {
+        while let Some((at, before)) = self.written.pop() {
+            if at == Address::new(0x1017, 0) {
+                self.known.heartbeat = Known::heartbeat_of(&before);
+            }
+            if let Err(code) = self.download(at, &before)? {
+                self.written.clear();
+                let why = super::sdo::refused(code);
+                return broken(format!("{at} cannot be given its former value {}: {why}", hex(&before)));
+            }
+        }
+        Ok(())
+    }
+
+    /// What was written may stay: a row has written it back itself, or a reset has.
+    pub(super) fn forget_written(&mut self) {
+        self.written.clear();
+        self.known.heartbeat = None;
+    }
+
+    fn shown_of(&self, passed: &[Passed]) -> Vec<Telegram> {
+        let mut network = Network::default();
+        let node = self.node().number();
+        let show = |passed: &Passed| {
+            let Passed { at, ours, frame } = passed;
+            let number = frame.id().number();
+            let own = u8::try_from(number & 0x7F).unwrap_or_default();
+            let station = fdl::Address::from_octet(if own == 0 { node } else { own });
+            Telegram {
+                at: *at,
+                side: if *ours { Side::Master } else { Side::Station(Some(station)) },
+                from: None,
+                to: None,
+                hex: format!("{number:03X}#{}", hex(frame.octets()).replace(' ', "")),
+                explained: network.frame(frame).line(),
+                is_whole: true,
+            }
+        };
+        passed.iter().map(show).collect()
+    }
+}
+
+impl Table for Bench {
+    const SUBJECT: &'static str = "node";
+
+    fn groups() -> Vec<Group<Self>> {
+        rows::groups()
+    }
+}
+
+impl Trial for Bench {
+    fn now(&self) -> Instant {
+        self.wire.now()
+    }
+
+    fn take_shown(&mut self) -> Vec<Telegram> {
+        let passed = self.wire.take_passed();
+        self.shown_of(passed.get(passed.len().saturating_sub(SHOWN)..).unwrap_or_default())
+    }
+
+    fn begin(&mut self) -> Course {
+        let read = [0x40, 0x00, 0x10, 0, 0, 0, 0, 0];
+        // It may be stopped, and one whose boot-up nobody has acknowledged may be bus off.
+        self.collect(self.silence())?;
+        for _ in 0..PROBES {
+            self.nmt(&[0x80, self.node().number()])?;
+            self.collect(self.silence())?;
+            if self.exchange(read)?.is_some() {
+                self.guarded = self.guard()?.is_some();
+                return self.learn();
+            }
+        }
+        Err(Halt::Over(Ending::NoDevice))
+    }
+
+    /// To PRE-OPERATIONAL with every value as it was.
+    fn settle(&mut self) -> Course {
+        self.enter(NmtState::PreOperational)?;
+        self.drain()?;
+        let back = self.write_back();
+        if core::mem::take(&mut self.dirty) || back.is_err() {
+            self.reset_by(0x81, "reset node")?;
+        }
+        self.alive()?;
+        back
+    }
+
+    fn calm(&mut self) -> Course {
+        self.collect(self.silence() * 5).map(drop)
+    }
+
+    fn must_end(&self) -> Option<Ending> {
+        let over = |limit: &Duration| self.wire.now().saturating_since(self.begun) >= *limit;
+        if self.wire.is_stopped() {
+            Some(Ending::Stopped)
+        } else {
+            self.setup.limit.as_ref().filter(|limit| over(limit)).map(|_| Ending::TimeOver)
+        }
+    }
+
+    fn noted(&mut self, id: &str) -> Option<(String, Vec<Telegram>)> {
+        self.noted.get(id).cloned()
+    }
+
+    fn never_exchanged(&self) -> Option<String> {
+        None
+    }
+
+    fn words(&self) -> Vec<(&'static str, String)> {
+        let mut node = self.node().to_string();
+        if let Some(eds) = &self.setup.eds {
+            node.push_str(&format!(",eds={}", eds.device.product));
+        }
+        let yes = |is: bool| if is { "yes" } else { "no" }.to_owned();
+        vec![
+            ("node", node),
+            ("write", yes(self.setup.write)),
+            ("moves_allowed", yes(self.setup.moves_allowed)),
+            ("quick", yes(self.setup.quick)),
+        ]
+    }
+}

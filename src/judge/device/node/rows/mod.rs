@@ -1,0 +1,58 @@
+//! The table of nodes, group by group: `docs/reference/canopen-link.md` 14 (K, O, Y, E, R) and `docs/reference/eds.md` 6 (X,
+//! with the numbers of its E rows).
+
+use super::Bench;
+use crate::judge::device::row::{By, Entry, Group};
+use crate::judge::requirement::Confidence;
+
+mod drive;
+mod error_control;
+mod identifiers;
+mod load;
+mod lss;
+mod mapping;
+mod nmt;
+mod objects;
+mod process_data;
+mod received;
+mod sdo;
+mod segments;
+mod storage;
+mod troubles;
+
+/// Every group, in the order of the table.
+pub(super) fn groups() -> Vec<Group<Bench>> {
+    vec![
+        nmt::GROUP,
+        sdo::GROUP,
+        segments::GROUP,
+        objects::GROUP,
+        error_control::GROUP,
+        troubles::GROUP,
+        process_data::GROUP,
+        identifiers::GROUP,
+        received::GROUP,
+        mapping::GROUP,
+        storage::GROUP,
+        lss::GROUP,
+        drive::GROUP,
+        load::GROUP,
+    ]
+}
+
+/// A mandatory row of confidence A.
+const fn row(
+    id: &'static str,
+    text: &'static str,
+    rule: &'static str,
+    needs: &'static [&'static str],
+    by: By<Bench>,
+) -> Entry<Bench> {
+    Entry { id, priority: 1, confidence: Confidence::A, text, rule, needs, by }
+}
+
+/// The same row, as sure as this.
+const fn sure(entry: Entry<Bench>, confidence: Confidence) -> Entry<Bench> {
+    let Entry { id, priority, text, rule, needs, by, .. } = entry;
+    Entry { id, priority, confidence, text, rule, needs, by }
+}

@@ -1,0 +1,196 @@
+//! RPDOs: what they write, when, and what is wrong in them.
+
+use super::{row, sure};
+use crate::can_bus::can::{Frame, Id};
+use crate::can_bus::canopen::{Address, NmtState};
+use crate::explain::hex;
+use crate::judge::device::course::{Course, broken, inapplicable};
+use crate::judge::device::node::Bench;
+use crate::judge::device::node::pdo::{Pdo, Way};
+use crate::judge::device::row::{By, Group};
+use crate::judge::requirement::Confidence::B;
+
+pub(super) const GROUP: Group<Bench> = Group {
+    title: "RPDOs",
+    rows: &[
+        row(
+            "N-Y08",
+            "type 254 or 255: what an RPDO carries is taken at once",
+            "254, 255: at once (6)",
+            &["N-O01"],
+            By::Trial(y08),
+        ),
+        row(
+            "N-Y28",
+            "types 0 to 240: what an RPDO carries is taken at the next SYNC, not before",
+            "0..240: at the next SYNC (6)",
+            &["N-Y08"],
+            By::Trial(y28),
+        ),
+        row(
+            "N-Y09",
+            "an RPDO that is too short is not taken",
+            "RPDO shorter than its mapping: not taken, EMCY 8210h once (6)",
+            &["N-Y08"],
+            By::Trial(y09),
+        ),
+        sure(
+            row(
+                "N-Y29",
+                "an RPDO that is too long is taken, its surplus is not looked at",
+                "longer: surplus ignored (8220h optional) (6)",
+                &["N-Y08"],
+                By::Trial(y29),
+            ),
+            B,
+        ),
+        row(
+            "N-Y30",
+            "outside OPERATIONAL, with bit 31, of 29 bits, as a remote frame: an RPDO is not taken",
+            "only in OPERATIONAL and only if bit 31 = 0; 29-bit only from extended frames and vice versa (6)",
+            &["N-Y08"],
+            By::Trial(y30),
+        ),
+    ],
+};
+
+/// An RPDO that is on, an entry of it that can be read, and two contents that differ in that entry.
+struct Carrier {
+    pdo: Pdo,
+    id: Id,
+    at: Address,
+    place: core::ops::Range<usize>,
+    /// What is there.
+    held: Vec<u8>,
+    other: Vec<u8>,
+}
+
+impl Carrier {
+    fn of<'a>(&self, octets: &'a [u8]) -> &'a [u8] {
+        octets.get(self.place.clone()).unwrap_or_default()
+    }
+}
+
+/// In OPERATIONAL, with an RPDO of this type.
+fn carrier(bench: &mut Bench, kind: u8) -> Course<Carrier> {
+    bench.may_move()?;
+    let pdo = bench.a_pdo(Way::Received)?;
+    let Some(held) = bench.shown_by_sdo(&pdo)? else {
+        return inapplicable("what its RPDO carries cannot be read");
+    };
+    let places = pdo.places().unwrap_or_default();
+    let id = match bench.switch_on(&pdo, kind) {
+        Err(crate::judge::device::course::Halt::Inapplicable(_)) if kind == 255 => {
+            bench.switch_on(&pdo, 254)?
+        }
+        other => other?,
+    };
+    bench.enter(NmtState::Operational)?;
+    for (at, place) in places.into_iter().filter(|(at, _)| at.index.0 >= 0x2000) {
+        for bit in [0x01, 0x02, 0x10] {
+            let mut other = held.clone();
+            if let Some(low) = other.get_mut(place.start) {
+                *low ^= bit;
+            }
+            // A value that SDO refuses an RPDO cannot write either.
+            let value = other.get(place.clone()).unwrap_or_default().to_vec();
+            let before = held.get(place.clone()).unwrap_or_default().to_vec();
+            let taken = bench.download(at, &value)?.is_ok();
+            let shown = bench.upload(at)?;
+            let _ = bench.download(at, &before)?;
+            if taken && shown == Ok(value) && bench.upload(at)? == Ok(before) {
+                return Ok(Carrier { pdo, id, at, place, held, other });
+            }
+        }
+    }
+    inapplicable("no entry that its RPDO carries holds what is written")
+}
+
+/// The entry is this.
+fn is(bench: &mut Bench, carrier: &Carrier, octets: &[u8], when: &str) -> Course {
+    let (got, expected) = (bench.value(carrier.at.index.0, carrier.at.sub.0)?, carrier.of(octets));
+    if got == expected {
+        return Ok(());
+    }
+    broken(format!("{when} {} is {}, expected {}", carrier.at, hex(&got), hex(expected)))
+}
+
+/// Writes back what was there.
+fn back(bench: &mut Bench, carrier: &Carrier) -> Course {
+    let held = carrier.of(&carrier.held).to_vec();
+    bench.download(carrier.at, &held).map(drop)
+}
+
+fn y08(bench: &mut Bench) -> Course {
+    let carrier = carrier(bench, 255)?;
+    bench.send(carrier.id, &carrier.other)?;
+    let taken = is(bench, &carrier, &carrier.other, "after an RPDO");
+    bench.send(carrier.id, &carrier.held)?;
+    let held = is(bench, &carrier, &carrier.held, "after a second RPDO");
+    back(bench, &carrier)?;
+    taken.and(held)
+}
+
+fn y28(bench: &mut Bench) -> Course {
+    let carrier = carrier(bench, 1)?;
+    bench.send(carrier.id, &carrier.other)?;
+    let before = is(bench, &carrier, &carrier.held, "after an RPDO of type 1 and before SYNC");
+    bench.sync()?;
+    let after = is(bench, &carrier, &carrier.other, "after an RPDO of type 1 and SYNC");
+    bench.send(carrier.id, &carrier.held)?;
+    bench.sync()?;
+    back(bench, &carrier)?;
+    before.and(after)
+}
+
+fn y09(bench: &mut Bench) -> Course {
+    let carrier = carrier(bench, 255)?;
+    bench.leaves_errors();
+    let short = carrier.other.get(..carrier.other.len() - 1).unwrap_or_default().to_vec();
+    bench.send(carrier.id, &short)?;
+    bench.collect(bench.silence())?;
+    let held = is(bench, &carrier, &carrier.held, "after an RPDO that is too short");
+    back(bench, &carrier)?;
+    held
+}
+
+fn y29(bench: &mut Bench) -> Course {
+    let carrier = carrier(bench, 255)?;
+    if carrier.pdo.len() > 7 {
+        return inapplicable("its RPDO has eight octets");
+    }
+    bench.leaves_errors();
+    let long = [carrier.other.clone(), vec![0x55]].concat();
+    bench.send(carrier.id, &long)?;
+    bench.collect(bench.silence())?;
+    let taken = is(bench, &carrier, &carrier.other, "after an RPDO with one octet more");
+    back(bench, &carrier)?;
+    taken
+}
+
+fn y30(bench: &mut Bench) -> Course {
+    let carrier = carrier(bench, 255)?;
+    let wrong = refused_ways(bench, &carrier);
+    bench.enter(NmtState::PreOperational)?;
+    back(bench, &carrier)?;
+    wrong
+}
+
+fn refused_ways(bench: &mut Bench, carrier: &Carrier) -> Course {
+    if let Ok(extended) = Id::extended(carrier.id.number())
+        && let Ok(frame) = Frame::data(extended, &carrier.other)
+    {
+        bench.wire.send(frame)?;
+        is(bench, carrier, &carrier.held, "after a frame with its identifier, of 29 bits,")?;
+    }
+    bench.request(carrier.id, u8::try_from(carrier.other.len()).unwrap_or(8))?;
+    bench.collect(bench.silence())?;
+    is(bench, carrier, &carrier.held, "after a remote frame with its identifier")?;
+    bench.enter(NmtState::PreOperational)?;
+    bench.send(carrier.id, &carrier.other)?;
+    is(bench, carrier, &carrier.held, "after an RPDO in PRE-OPERATIONAL")?;
+    bench.switch_off(&carrier.pdo)?;
+    bench.enter(NmtState::Operational)?;
+    bench.send(carrier.id, &carrier.other)?;
+    is(bench, carrier, &carrier.held, "after an RPDO whose identifier has bit 31")
+}

@@ -1,0 +1,285 @@
+//! SDO in segments and in blocks.
+
+use super::{row, sure};
+use crate::can_bus::canopen::sdo::block::crc_16;
+use crate::can_bus::canopen::{Abort, Address};
+use crate::explain::hex;
+use crate::judge::device::course::{Course, broken, inapplicable};
+use crate::judge::device::node::Bench;
+use crate::judge::device::node::objects::is_text;
+use crate::judge::device::node::sdo::{abort_of, address_of, addressed, expedited, refused, segment};
+use crate::judge::device::row::{By, Group};
+use crate::judge::requirement::Confidence::B;
+
+pub(super) const GROUP: Group<Bench> = Group {
+    title: "SDO in segments and blocks",
+    rows: &[
+        row(
+            "N-O08",
+            "a read in segments: length, toggle bit, last segment, unused octets 0",
+            "0x/1x: 000 t nnn c, t alternates from 0, nnn = unused bytes, c = 1 last (5)",
+            &["N-O01"],
+            By::Trial(o08),
+        ),
+        row(
+            "N-O09",
+            "a wrong toggle bit: 05030000h, the transfer is over, the next request is served",
+            "a wrong toggle: abort 05030000h and the transfer is over (5)",
+            &["N-O08"],
+            By::Trial(o09),
+        ),
+        row(
+            "N-O11",
+            "a new request within a transfer is served, and the old transfer is over",
+            "a new initiate during a transfer aborts the old one silently and starts the new one (5)",
+            &["N-O08"],
+            By::Trial(o11),
+        ),
+        row(
+            "N-O17",
+            "a read in blocks, where it is offered, gives the same octets and the right checksum",
+            "block upload: segments numbered from 1, CRC x^16 + x^12 + x^5 + 1 (5)",
+            &["N-O08"],
+            By::Trial(o17),
+        ),
+        row(
+            "N-O22",
+            "a write in segments is taken: 60, then 20 and 30 in turn",
+            "21h initiate download; segment answer 001 t 0000 (5)",
+            &["N-O01"],
+            By::Trial(o22),
+        ),
+        row(
+            "N-O23",
+            "a wrong toggle bit in a write: 05030000h, and nothing is written",
+            "a wrong toggle: abort 05030000h and the transfer is over (5)",
+            &["N-O22"],
+            By::Trial(o23),
+        ),
+        row(
+            "N-O18",
+            "a write in blocks, where it is offered, is taken; with a wrong checksum it is refused",
+            "05040004h CRC error (5)",
+            &["N-O22"],
+            By::Trial(o18),
+        ),
+        sure(
+            row(
+                "N-O24",
+                "a write in segments that is longer than it announced, or than the object, is refused",
+                "longer than the object 06070012h (5)",
+                &["N-O22"],
+                By::Trial(o24),
+            ),
+            B,
+        ),
+    ],
+};
+
+/// An entry that is read in segments, if there is one: more than four octets.
+pub(super) fn long_one(bench: &mut Bench) -> Course<Option<Address>> {
+    let mut candidates: Vec<Address> = [0x1008, 0x1009, 0x100A].map(|index| Address::new(index, 0)).to_vec();
+    let longer =
+        |listed: &crate::judge::device::node::objects::Listed| listed.size().is_none_or(|size| size > 4);
+    candidates.extend(bench.listed().into_iter().filter(longer).map(|listed| listed.at).take(10));
+    for at in candidates {
+        if !bench.has(at.index.0, at.sub.0)? {
+            continue;
+        }
+        let answer = bench.asked(addressed(0x40, at, [0; 4]), &format!("a read of {at}"))?;
+        if abort_of(answer).is_none() && expedited(answer).is_none() {
+            abort(bench, at)?;
+            return Ok(Some(at));
+        }
+    }
+    Ok(None)
+}
+
+fn abort(bench: &mut Bench, at: Address) -> Course {
+    let id = bench.id(crate::can_bus::canopen::cob_id::SDO_CLIENT);
+    bench.send(id, &addressed(0x80, at, Abort::GENERAL.code().to_le_bytes()))
+}
+
+/// Begins to read it.
+pub(super) fn begin(bench: &mut Bench, at: Address) -> Course<[u8; 8]> {
+    let answer = bench.asked(addressed(0x40, at, [0; 4]), &format!("a read of {at}"))?;
+    if answer.first().is_some_and(|command| command & 0xE2 == 0x40) && address_of(answer) == at {
+        return Ok(answer);
+    }
+    broken(format!("a read of {at} is answered with {}", hex(&answer)))
+}
+
+fn a_long_one(bench: &mut Bench) -> Course<Address> {
+    match long_one(bench)? {
+        Some(at) => Ok(at),
+        None => inapplicable("it has no object that is read in segments"),
+    }
+}
+
+fn o08(bench: &mut Bench) -> Course {
+    let at = a_long_one(bench)?;
+    match bench.upload(at)? {
+        Ok(octets) if octets.len() <= 4 => {
+            broken(format!("{at} has {} octets and is read in segments", octets.len()))
+        }
+        Ok(_) => Ok(()),
+        Err(code) => broken(format!("a read of {at} in segments is refused with {}", refused(code))),
+    }
+}
+
+fn o09(bench: &mut Bench) -> Course {
+    let at = a_long_one(bench)?;
+    begin(bench, at)?;
+    let answer = bench.asked([0x70, 0, 0, 0, 0, 0, 0, 0], "a segment request with a wrong toggle bit")?;
+    let code = abort_of(answer);
+    if code != Some(Abort::TOGGLE.code()) {
+        return broken(format!(
+            "a segment request with a wrong toggle bit is answered with {}",
+            hex(&answer)
+        ));
+    }
+    let answer = bench.asked([0x60, 0, 0, 0, 0, 0, 0, 0], "a segment request after an abort")?;
+    if abort_of(answer).is_none() {
+        return broken("a transfer goes on after a wrong toggle bit");
+    }
+    bench.value(at.index.0, at.sub.0).map(drop)
+}
+
+fn o11(bench: &mut Bench) -> Course {
+    let at = a_long_one(bench)?;
+    begin(bench, at)?;
+    let read = addressed(0x40, Address::new(0x1000, 0), [0; 4]);
+    let answer = bench.asked(read, "a new request within a transfer")?;
+    if expedited(answer).is_none() {
+        return broken(format!("a new request within a transfer is answered with {}", hex(&answer)));
+    }
+    let answer = bench.asked([0x60, 0, 0, 0, 0, 0, 0, 0], "a segment request of the transfer before")?;
+    if abort_of(answer).is_none() {
+        return broken("the old transfer goes on after a new request");
+    }
+    Ok(())
+}
+
+fn o17(bench: &mut Bench) -> Course {
+    let at = a_long_one(bench)?;
+    let expected = bench.value(at.index.0, at.sub.0)?;
+    for size in [127, 1, 3] {
+        match bench.upload_in_blocks(at, size)? {
+            None => return inapplicable("it reads nothing in blocks"),
+            Some(octets) if octets == expected => {}
+            Some(octets) => {
+                return broken(format!(
+                    "{at} read in blocks of {size} is {}, in segments {}",
+                    hex(&octets),
+                    hex(&expected)
+                ));
+            }
+        }
+    }
+    bench.value(at.index.0, at.sub.0).map(drop)
+}
+
+/// An entry that can be written with more than four octets, what it holds, and other octets of the same length.
+fn a_long_writable(bench: &mut Bench) -> Course<(Address, Vec<u8>, Vec<u8>)> {
+    bench.may_write()?;
+    let wanted = |listed: &crate::judge::device::node::objects::Listed| {
+        let fits = match listed.size() {
+            Some(size) => size > 4 && listed.entry.low.is_none() && listed.entry.high.is_none(),
+            None => is_text(listed.entry.data),
+        };
+        fits && listed.entry.rights.is_writable() && listed.is_application() && !listed.is_process_data()
+    };
+    for listed in bench.listed().into_iter().filter(wanted) {
+        if let Ok(before) = bench.upload(listed.at)? {
+            let len = listed.size().unwrap_or_else(|| before.len().max(20));
+            let other = (b'A'..=b'Z').cycle().take(len).collect();
+            return Ok((listed.at, before, other));
+        }
+    }
+    inapplicable("it has no object of more than four octets that can be written, or --node has no eds=")
+}
+
+/// Writes back what was there.
+fn restore(bench: &mut Bench, at: Address, before: &[u8]) -> Course {
+    let back = bench.download_in_segments(at, before)?;
+    match back {
+        Ok(()) => Ok(()),
+        Err(code) => broken(format!("{at} cannot be given its former value: {}", refused(code))),
+    }
+}
+
+fn o22(bench: &mut Bench) -> Course {
+    let (at, before, other) = a_long_writable(bench)?;
+    if let Err(code) = bench.download_in_segments(at, &other)? {
+        return broken(format!("a write of {at} in segments is refused with {}", refused(code)));
+    }
+    let read = bench.value(at.index.0, at.sub.0)?;
+    restore(bench, at, &before)?;
+    if read == other {
+        Ok(())
+    } else {
+        broken(format!("{at} is {}, written was {}", hex(&read), hex(&other)))
+    }
+}
+
+fn o23(bench: &mut Bench) -> Course {
+    let (at, before, other) = a_long_writable(bench)?;
+    let len = u32::try_from(other.len()).unwrap_or_default();
+    bench.asked(addressed(0x21, at, len.to_le_bytes()), "a write in segments")?;
+    let first = other.get(..7.min(other.len())).unwrap_or_default();
+    let answer =
+        bench.asked(segment(0x10, first, first.len() == other.len()), "a segment with a wrong toggle bit")?;
+    let code = abort_of(answer);
+    if code != Some(Abort::TOGGLE.code()) {
+        let _ = bench.download_in_segments(at, &before)?;
+        return broken(format!("a segment with a wrong toggle bit is answered with {}", hex(&answer)));
+    }
+    super::sdo::unchanged(bench, at, &before, "a write with a wrong toggle bit")
+}
+
+fn o18(bench: &mut Bench) -> Course {
+    let (at, before, other) = a_long_writable(bench)?;
+    match bench.download_in_blocks(at, &other, crc_16(0, &other))? {
+        None => return inapplicable("it takes nothing in blocks"),
+        Some(Err(code)) => return broken(format!("a block write of {at} is refused with {}", refused(code))),
+        Some(Ok(())) => {}
+    }
+    let read = bench.value(at.index.0, at.sub.0)?;
+    restore(bench, at, &before)?;
+    if read != other {
+        return broken(format!("{at} is {}, written in blocks was {}", hex(&read), hex(&other)));
+    }
+    let got = bench.download_in_blocks(at, &other, crc_16(0, &other) ^ 1)?;
+    match got {
+        Some(Err(code)) if code == Abort::CRC.code() => {
+            super::sdo::unchanged(bench, at, &before, "a block write with a wrong checksum")
+        }
+        Some(Err(code)) => {
+            broken(format!("a wrong checksum is refused with {}, expected 05040004h", refused(code)))
+        }
+        Some(Ok(())) | None => {
+            restore(bench, at, &before)?;
+            // A server that says that it has no checksum looks at none.
+            broken("a block write with a wrong checksum is taken")
+        }
+    }
+}
+
+fn o24(bench: &mut Bench) -> Course {
+    bench.may_write()?;
+    if !bench.is_writable(0x1017, 0)? {
+        return inapplicable("it has no 1017h to write to");
+    }
+    let at = Address::new(0x1017, 0);
+    let before = bench.value(0x1017, 0)?;
+    let answer = bench.asked(addressed(0x21, at, 2_u32.to_le_bytes()), "a write of 1017h in segments")?;
+    if abort_of(answer).is_some() {
+        return inapplicable("it takes no short value in segments");
+    }
+    let answer = bench.asked(segment(0, &[0; 7], true), "a segment that is longer than was announced")?;
+    if abort_of(answer).is_none() {
+        let _ = bench.download(at, &before)?;
+        return broken("seven octets for an object of two are taken in segments");
+    }
+    super::sdo::unchanged(bench, at, &before, "a write of seven octets in segments")
+}

@@ -1,0 +1,117 @@
+//! The bus to the node: frames out, frames in until a time.
+
+use core::fmt;
+use core::time::Duration;
+
+use crate::can_bus::can::Frame;
+use crate::host::can::CanEndpoint;
+use crate::host::{Clock, Stop};
+use crate::judge::device::Ending;
+use crate::judge::device::course::{Course, Halt};
+use crate::time::Instant;
+
+/// A frame that passed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Passed {
+    pub(super) at: Instant,
+    pub(super) ours: bool,
+    pub(super) frame: Frame,
+}
+
+/// A device that sends so many frames in a second that nobody asked for has no other end.
+const MOST_UNASKED: u32 = 1500;
+/// Frames that are kept to be shown at most.
+const KEPT: usize = 256;
+
+pub(super) struct Wire {
+    endpoint: Box<dyn CanEndpoint>,
+    clock: Box<dyn Clock>,
+    stop: Stop,
+    /// How much later than on the bus frames are seen.
+    pub(super) latency: Duration,
+    passed: Vec<Passed>,
+    /// Frames heard and sent in the second that began then.
+    second: (Instant, u32, u32),
+}
+
+impl fmt::Debug for Wire {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Wire").field("latency", &self.latency).finish_non_exhaustive()
+    }
+}
+
+impl Wire {
+    pub(super) fn new(
+        endpoint: Box<dyn CanEndpoint>,
+        clock: Box<dyn Clock>,
+        stop: Stop,
+        latency: Duration,
+    ) -> Self {
+        let second = (clock.now(), 0, 0);
+        Self { endpoint, clock, stop, latency, passed: Vec::new(), second }
+    }
+
+    pub(super) fn now(&self) -> Instant {
+        self.clock.now()
+    }
+
+    pub(super) fn is_stopped(&self) -> bool {
+        self.stop.is_requested()
+    }
+
+    pub(super) fn take_passed(&mut self) -> Vec<Passed> {
+        core::mem::take(&mut self.passed)
+    }
+
+    /// The last so many frames, which stay.
+    pub(super) fn last_passed(&self, count: usize) -> &[Passed] {
+        self.passed.get(self.passed.len().saturating_sub(count)..).unwrap_or_default()
+    }
+
+    pub(super) fn send(&mut self, frame: Frame) -> Course {
+        self.endpoint.send(&frame).map_err(failed)?;
+        self.second.2 += 1;
+        self.keep(Passed { at: self.now(), ours: true, frame });
+        Ok(())
+    }
+
+    /// The next frame of somebody else, if it comes before `until`.
+    pub(super) fn hear(&mut self, until: Instant) -> Course<Option<Passed>> {
+        loop {
+            if let Some(frame) = self.endpoint.receive().map_err(failed)? {
+                let passed = Passed { at: self.now(), ours: false, frame };
+                self.count(passed.at)?;
+                self.keep(passed);
+                return Ok(Some(passed));
+            }
+            let now = self.now();
+            if now >= until || self.stop.is_requested() {
+                return Ok(None);
+            }
+            self.endpoint.wait(Some(until.saturating_since(now)), &self.stop).map_err(failed)?;
+        }
+    }
+
+    fn keep(&mut self, passed: Passed) {
+        if self.passed.len() >= 2 * KEPT {
+            self.passed.drain(..KEPT);
+        }
+        self.passed.push(passed);
+    }
+
+    fn count(&mut self, now: Instant) -> Course {
+        let (since, heard, sent) = &mut self.second;
+        if now.saturating_since(*since) >= Duration::from_secs(1) {
+            (*since, *heard, *sent) = (now, 0, 0);
+        }
+        *heard += 1;
+        if *heard > MOST_UNASKED + 4 * *sent {
+            return Err(Halt::Over(Ending::Babbles { during: "" }));
+        }
+        Ok(())
+    }
+}
+
+fn failed(error: std::io::Error) -> Halt {
+    Halt::Over(Ending::Broken { why: error.to_string() })
+}
