@@ -32,6 +32,9 @@ const PARTS: &[&str] = &[
     "profibus/pkw",
     "profibus/ppo",
     "host/can",
+    "judge/device/node",
+    "judge/device/slave",
+    "judge/device",
 ];
 
 /// What takes the place of another file on a system that has not what that one needs.
