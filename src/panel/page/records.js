@@ -25,6 +25,13 @@ export class Records {
   #about = html("input", { type: "text", class: "mono", placeholder: "01 02 FF", autocomplete: "off", spellcheck: "false" });
   #more = html("input", { type: "checkbox" });
   #answer = html("p", { role: "status", id: "records-answer" });
+  #change = form(
+    {},
+    () => this.#send("PUT", this.#place(), { data: this.#data.value }, ({ data }) => `contents: ${data}`),
+    html("span", { class: "group" }, field("Slot", this.#slot), field("index", this.#index)),
+    html("span", { class: "group" }, field("contents", this.#data), html("button", { type: "submit" }, "Change")),
+  );
+  #hint = html("p", { class: "hint" }, "A change is one of the device: also of a record that a master cannot write, and no master is told.");
   #raise = form(
     {},
     () => this.#send("POST", "/alarms", this.#alarm(), ({ text }) => `raised: ${text}`),
@@ -45,14 +52,9 @@ export class Records {
       html("h3", { id: "records-title" }, "Records and alarms"),
       this.#channels,
       this.#records.element,
-      form(
-        {},
-        () => this.#send("PUT", this.#place(), { data: this.#data.value }, ({ data }) => `contents: ${data}`),
-        html("span", { class: "group" }, field("Slot", this.#slot), field("index", this.#index)),
-        html("span", { class: "group" }, field("contents", this.#data), html("button", { type: "submit" }, "Change")),
-      ),
+      this.#change,
       this.#answer,
-      html("p", { class: "hint" }, "A change is one of the device: also of a record that a master cannot write, and no master is told."),
+      this.#hint,
       this.#alarms.element,
       this.#raise,
       this.#identification.element,
@@ -71,7 +73,8 @@ export class Records {
     if (!answers) return;
     const [{ records }, { alarms, types }, channels] = answers;
     this.#records.show(records.map((record) => ({ ...record, key: `${record.slot} / ${record.index}` })));
-    this.#records.element.hidden = records.length === 0;
+    // A drive of PROFIdrive has its parameters behind record 47, and nothing that could be changed here.
+    for (const part of [this.#records.element, this.#change, this.#hint]) part.hidden = records.length === 0;
     this.#alarms.show(alarms.map((alarm) => ({ ...alarm, key: `${alarm.type} ${alarm.slot} ${alarm.sequence}` })));
     this.#alarms.element.hidden = alarms.length === 0;
     mark(this.element, "data-alarms", alarms.length);
@@ -79,7 +82,7 @@ export class Records {
     const blocks = channels.identification.map((block) => ({ ...block, key: block.block }));
     this.#identification.show(blocks);
     this.#identification.element.hidden = blocks.length === 0;
-    const owner = channels.ms1.open ? `the owner, master ${channels.ms1.owner}, can read and write` : "no master has enabled DP-V1";
+    const owner = channels.ms1.open ? `the owner, master ${channels.ms1.owner}, can read and write` : "MS1 is closed";
     const links = channels.ms2.map(({ sap, master }) => `master ${master} at SAP ${sap}`).join(", ");
     say(this.#channels, `${owner}; ${channels.max === 0 ? "no connections" : links === "" ? `none of ${channels.max} connections is open` : `connections: ${links}`}`);
   }
