@@ -31,8 +31,8 @@ use crate::profibus::fdl::{Address, MAX_TELEGRAM_LEN, Timing};
 use crate::time::{BaudRate, Instant};
 use faulty_disk::{Failing, FaultyDisk};
 use operations::{
-    AP10, ASDA_A2, FROM_NODE, KINDS, NO_1010H, NO_SAVE, Op, PARTS, Part, RESET_ALL, SAVE, SAVED, TO_NODE,
-    number_object, object, op,
+    AP10, ASDA_A2, FROM_NODE, KINDS, NO_1010H, NO_SAVE, Op, PARTS, PROFIDRIVE, Part, RESET_ALL, SAVE, SAVED,
+    STORE, TO_NODE, number_object, object, op,
 };
 
 #[path = "../../tests/line/faulty_disk.rs"]
@@ -68,6 +68,8 @@ fn files() -> &'static Path {
         let text = fs::read_to_string(gsd).unwrap();
         let text = text.replace("0x0A02", "0x0A02\nSet_Slave_Add_supp = 1");
         fs::write(folder.path().join("io.gsd"), text).unwrap();
+        let own = "[[parameter]]\npnu = 600\nname = \"own\"\ntype = \"uint16\"\nmin = 100\nmax = 60000\ndefault = 150\n";
+        fs::write(folder.path().join("own.toml"), own).unwrap();
         folder
     });
     folder.path()
@@ -78,6 +80,7 @@ fn spec(which: usize) -> Spec {
     let gsd = files().join("io.gsd").display().to_string();
     let text = text
         .replace("GSD", &gsd)
+        .replace("OWN", &files().join("own.toml").display().to_string())
         .replace("TABLE", concat!(env!("CARGO_MANIFEST_DIR"), "/examples/ppo_drive.toml"))
         .replace("EDS", concat!(env!("CARGO_MANIFEST_DIR"), "/tests/eds/pump.eds"));
     Spec::parse(group, &text).unwrap()
@@ -90,8 +93,9 @@ fn parameter(bus: &Bus, at: Address) -> Option<(u16, u32, u32)> {
         let (low, high) = (parameter.low.unwrap_or(0.0).max(1.0), parameter.high.unwrap_or(0.0));
         let fits =
             parameter.kept && parameter.access == ParameterAccess::ReadWrite && parameter.elements.is_none();
-        // The fault counter takes 0 only.
-        let fits = fits && parameter.number != 952;
+        // The fault counter takes 0 only; that of the file is wanted, not one of every drive.
+        let is_own = parameter.number == 600 || at.number() < 60;
+        let fits = fits && parameter.number != 952 && is_own;
         if found.is_none() && fits && high - low >= 50.0 {
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small and above 0")]
             let limits = (low as u32, high.min(60_000.0) as u32);
@@ -363,10 +367,22 @@ impl World {
                     // Refused while a job waits for the disk.
                     let _ = device.write_parameter(now, place, value.into(), &mut |_| {});
                 });
+                self.store(which);
             }
         }
         let value = self.value(which).unwrap();
         self.known.entry((which, Part::Value)).or_default().push(value);
+    }
+
+    /// PNU 971 of a drive of PROFIdrive.
+    fn store(&mut self, which: usize) {
+        let Some(Unit::Slave(address)) = self.units.get(&which).filter(|_| which == PROFIDRIVE) else {
+            return;
+        };
+        let (now, place) = (self.now, ParameterPlace { number: STORE, element: None });
+        self.bus.with_description(*address, |device| {
+            device.write_parameter(now, place, 1.0, &mut |_| {}).unwrap();
+        });
     }
 
     /// Sends it to the next address of its own.
@@ -445,6 +461,8 @@ impl World {
                 let done = reply == Some(SAVED) || reply == Some(NO_SAVE);
                 assert!(done, "{:?}: {reply:02X?}", KINDS[which]);
             }
+            self.store(which);
+            self.drain();
             for part in PARTS {
                 if self.is_safe(which)
                     && let Some(value) = self.part(which, part)
@@ -463,7 +481,8 @@ impl World {
             Some(Unit::Slave(address)) => self.bus.description(*address).and_then(|device| device.memory()),
             Some(Unit::Node(node)) => node.as_device().description().memory(),
         };
-        let is_saved = matches!(self.units.get(&which), Some(Unit::Node(_))) && which != NO_1010H;
+        let is_node = matches!(self.units.get(&which), Some(Unit::Node(_)));
+        let is_saved = is_node && which != NO_1010H || which == PROFIDRIVE;
         memory.map_or(is_saved || !self.refused, |memory| memory == "in its file")
     }
 

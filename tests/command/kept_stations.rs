@@ -126,3 +126,40 @@ fn a_record_and_a_block_that_a_master_wrote_survive_a_kill() {
     assert_eq!(master.ms1(7, &[0x5F, 0, 255, 4, 8, 0, 0xFD, 0xE9]), [0x5F, 0, 255, 4]);
     assert_eq!(master.ms1(7, &[0x5E, 0, 255, 240])[8..], [b'x'; 64]);
 }
+
+#[test]
+fn parameters_of_a_drive_of_profidrive_survive_a_kill_once_they_are_stored() {
+    let folder = tempfile::tempdir().unwrap();
+    let own = folder.path().join("own.toml");
+    let row = "[[parameter]]\npnu = 600\nname = \"own\"\ntype = \"uint16\"\nmax = 60000\ndefault = 150\n";
+    std::fs::write(&own, row).unwrap();
+    let state = folder.path().join("state");
+    let drive = format!("7,telegram=1,parameters={}", own.display());
+    let arguments =
+        ["--link", "tcp:127.0.0.1:0", "--profidrive", &drive, "--state-dir", state.to_str().unwrap()];
+    let param = |emulator: &Emulator, arguments: &[&str]| {
+        let common = ["master", "--link", emulator.link(), "--address", "7", "param"];
+        let output = output(&[&common[..], arguments].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    for (before, value) in [(150, 7), (7, 9)] {
+        let emulator = Emulator::start(&arguments);
+        assert!(param(&emulator, &["read", "600"]).starts_with(&format!("PNU 600: {before} ")), "{before}");
+        param(&emulator, &["write", &format!("600={value}")]);
+        param(&emulator, &["write", "971=1"]);
+        while !param(&emulator, &["read", "971"]).starts_with("PNU 971: 0 ") {}
+        // Not stored: it goes with the drive.
+        param(&emulator, &["write", "600=1000"]);
+        emulator.signal("KILL");
+        emulator.end();
+    }
+    let emulator = Emulator::start(&arguments);
+    assert!(param(&emulator, &["read", "600"]).starts_with("PNU 600: 9 "));
+    // A file of another type of parameter: what does not fit it is left out.
+    drop(emulator);
+    std::fs::write(&own, row.replace("60000", "8").replace("150", "5")).unwrap();
+    let emulator = Emulator::start(&arguments);
+    let read = param(&emulator, &["read", "600"]);
+    assert!(read.starts_with("PNU 600: 5 "), "{read}");
+}

@@ -41,7 +41,9 @@ impl Rig {
     fn started(number: u16) -> Self {
         let telegram = Telegram::numbered(number).unwrap();
         let configuration: &'static [u8] = configuration(telegram).leak();
-        let application = Fixed { configurations: vec![configuration].leak(), ..Fixed::PLAIN };
+        let all = Telegram::ALL.iter().map(|telegram| &*self::configuration(telegram).leak());
+        let configurations = all.collect::<Vec<_>>().leak();
+        let application = Fixed { configurations, ..Fixed::PLAIN };
         let description =
             Description { ident: IDENT_NUMBER, dpv1_status: Some([0xFB, 0xFF, 0xFF]), ..Description::PLAIN };
         let ms2 = Ms2Offer { connections: 1, max_data: 240, max_initiate: 52, min_send_timeout: 10 };
@@ -374,4 +376,46 @@ fn pnu_923_has_the_parameter_of_each_signal_by_its_number() {
     assert_eq!(answer, [&first[..], &[6, 1, 0x08, 0x53]].concat());
     let beyond = rig.parameter(&[2, 1, 0, 1, 0x10, 1, 0x03, 0x9B, 0x01, 0x30]);
     assert_eq!(beyond[..6], [2, 0x81, 0, 1, 0x44, 2], "no element 304: {beyond:?}");
+}
+
+#[test]
+fn a_new_configuration_while_a_block_runs_ends_it_and_the_axis_stands() {
+    let mut rig = Rig::started(7);
+    let mut set = |rig: &mut Rig, pnu: u16, value: i32| {
+        let [high, low] = pnu.to_be_bytes();
+        let [a, b, c, d] = value.to_be_bytes();
+        let answer = rig.parameter(&[1, 2, 0, 1, 0x10, 1, high, low, 0, 0, 0x04, 1, a, b, c, d]);
+        assert_eq!(answer, [1, 2, 0, 1], "PNU {pnu}");
+    };
+    // Block 0: on and on.
+    for (pnu, value) in [(2616, 0), (2621, 3), (2618, 6000)] {
+        set(&mut rig, pnu, value);
+    }
+    rig.run(20, &[OFF1, 0]);
+    rig.run(300, &[0x043F, 0]);
+    let inputs = rig.run(500, &[0x047F, 0]);
+    assert_eq!((rig.value(&inputs, Signal::Aktsatz), rig.value(&inputs, Signal::Zsw1) & 0x2004), (0, 0x0004));
+    assert_eq!(rig.drive.is_moving(), Some(true));
+    // Another telegram: what was commanded by the one before is gone.
+    rig.telegram = Telegram::numbered(1).unwrap();
+    let owner = [0x88, 10, 10, 11, 0x50, 0x34, 0, 0x80, 0, 0];
+    rig.ask(OWNER, Some((61, 62)), &owner);
+    let octets = configuration(rig.telegram);
+    rig.ask(OWNER, Some((62, 62)), &octets);
+    assert_eq!(rig.drive.slave().state(), DpState::DataExch);
+    // Everything released and a setpoint of 0: no speed is left over from the block.
+    let inputs = rig.run(1500, &[RUN, 0]);
+    assert_eq!(rig.drive.is_moving(), Some(false), "{:?}", rig.said);
+    assert_eq!(rig.value(&inputs, Signal::NistA), 0);
+    // Back again: the block does not go on by itself, bit 6 has no edge.
+    rig.telegram = Telegram::numbered(7).unwrap();
+    rig.ask(OWNER, Some((61, 62)), &owner);
+    let octets = configuration(rig.telegram);
+    rig.ask(OWNER, Some((62, 62)), &octets);
+    rig.run(20, &[OFF1 | 0x80, 0]);
+    rig.run(20, &[OFF1, 0]);
+    rig.run(300, &[0x043F, 0]);
+    assert_eq!(rig.drive.is_moving(), Some(false));
+    rig.run(500, &[0x047F, 0]);
+    assert_eq!(rig.drive.is_moving(), Some(true), "begun anew");
 }

@@ -67,7 +67,7 @@ impl StationRecords {
         let fits = record.data.len() == data.len();
         if fits {
             record.data = data.to_vec();
-            self.storing.change();
+            self.storing.change((slot, index), data);
         }
         fits
     }
@@ -252,5 +252,50 @@ mod tests {
         assert_eq!(records.identification(0, 1), Ok([7; LEN]));
         assert!(records.keep_identification(&job(0, 255, 0), 2, &[7; LEN]).is_err());
         assert_eq!(records.identification(9, 0), Err(Failure::of(ErrorCode::INVALID_SLOT)));
+    }
+
+    /// A writable record 1 of slot 1 with a disk behind it, and a job of the owner or of a connection.
+    fn kept() -> (StationRecords, impl Fn(Channel, u64) -> Job) {
+        let mut records = StationRecords { slots: [1].into(), ..StationRecords::default() };
+        let data = vec![1, 2];
+        records.insert((1, 1), StationRecord { data, read: true, write: true, delay: Duration::ZERO });
+        records.storing.on = true;
+        let job = |channel, since| Job {
+            master: Address::station(2).unwrap(),
+            channel,
+            slot: 1,
+            index: 1,
+            since: Instant::from_millis(since),
+            now: Instant::from_millis(since),
+        };
+        (records, job)
+    }
+
+    #[test]
+    fn what_a_disk_refuses_is_taken_back_and_the_master_is_told() {
+        let (mut records, job) = kept();
+        let (owner, other) = (job(Channel::Ms1, 1), job(Channel::Ms2 { sap: 48 }, 2));
+        assert_eq!(records.write(&owner, &[3, 4]), Err(NotDone::Yet));
+        assert_eq!(records.write(&other, &[5, 6]), Err(NotDone::Yet));
+        assert_eq!(records.storing.take(), Some(true));
+        records.settle(false);
+        assert_eq!(records.record(1, 1).unwrap().data, [1, 2]);
+        let refused = Err(NotDone::refused(ErrorCode::WRITE_ERROR));
+        assert_eq!((records.write(&owner, &[3, 4]), records.write(&other, &[5, 6])), (refused, refused));
+        // Asked again it is a job of its own.
+        assert_eq!(records.write(&job(Channel::Ms1, 9), &[3, 4]), Err(NotDone::Yet));
+        records.settle(true);
+        assert_eq!(records.write(&job(Channel::Ms1, 9), &[3, 4]), Ok(()));
+        assert_eq!(records.record(1, 1).unwrap().data, [3, 4]);
+    }
+
+    #[test]
+    fn what_the_device_changed_meanwhile_stays_when_the_disk_refuses_what_a_master_wrote() {
+        let (mut records, job) = kept();
+        assert_eq!(records.write(&job(Channel::Ms1, 1), &[3, 4]), Err(NotDone::Yet));
+        assert!(records.change(1, 1, &[8, 8]));
+        assert_eq!(records.write(&job(Channel::Ms2 { sap: 48 }, 2), &[5, 6]), Err(NotDone::Yet));
+        records.settle(false);
+        assert_eq!(records.record(1, 1).unwrap().data, [8, 8]);
     }
 }

@@ -67,9 +67,15 @@ impl Storing {
         self.on
     }
 
-    /// Something changed that no master waits for.
-    pub(super) const fn change(&mut self) {
+    /// The device changed a record, which no master waits for. It stays so, whatever becomes of what waits.
+    pub(super) fn change(&mut self, changed: (u8, u8), octets: &[u8]) {
         self.changed = true;
+        for waiting in &mut self.waiting {
+            match &mut waiting.before {
+                Before::Record { place, data } if *place == changed => *data = octets.to_vec(),
+                Before::Record { .. } | Before::Block { .. } => {}
+            }
+        }
     }
 
     /// Whether an image is due.

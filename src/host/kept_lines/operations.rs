@@ -23,6 +23,10 @@ pub(super) fn number_object(which: usize) -> Option<(canopen::Address, u8)> {
 pub(super) const AP10: usize = 6;
 pub(super) const ASDA_A2: usize = 7;
 
+/// It keeps what is stored with PNU 971.
+pub(super) const PROFIDRIVE: usize = 9;
+pub(super) const STORE: u16 = 971;
+
 /// What a device keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Part {
@@ -59,6 +63,7 @@ pub(super) static KINDS: &[(Group, &str)] = &[
     (Group::Node, "2,device=ap10"),
     (Group::Node, "3,device=asda-a2"),
     (Group::Node, "4,eds=EDS"),
+    (Group::Profidrive, "60,parameters=OWN"),
 ];
 
 #[derive(Clone, Copy, Debug)]
