@@ -3,6 +3,7 @@
 //! Not with a [`Framer`](crate::profibus::fdl::Framer): octets in a file have no time, broken telegrams are explained instead of
 //! dropped, and words of a PPO may stand between telegrams.
 
+use super::foreign::Foreign;
 use super::{Context, Explanation, Field, Kind, Mark, Sender, ppo};
 use crate::profibus::fdl::MAX_TELEGRAM_LEN;
 use crate::profibus::fdl::telegram::{Decoded, Telegram, decode};
@@ -63,7 +64,10 @@ impl Decoder {
         match self.taking {
             Taking::Words(sender) => return self.words(octets, sender, sink),
             Taking::Auto
-                if self.pending.is_empty() && !is_telegrams(octets) && !resembles_telegram(octets) =>
+                if self.pending.is_empty()
+                    && !is_telegrams(octets)
+                    && !resembles_telegram(octets)
+                    && !Foreign::is_all(octets) =>
             {
                 if let Some(explanation) = self.context.bare(octets, None) {
                     return self.tell(explanation, sink);
@@ -264,6 +268,14 @@ mod tests {
         }
         decoder.finish(&mut sink);
         said
+    }
+
+    #[test]
+    fn a_frame_of_modbus_has_eight_octets_and_is_no_pkw() {
+        let said = explained(&["01 03 00 00 00 0A C5 CD"], Taking::Auto);
+        assert_eq!(said.len(), 1);
+        assert!(said[0].1.contains("this is Modbus RTU, not PROFIBUS: station 1"), "{said:?}");
+        assert!(explained(&["13 FA 00 00 00 00 00 00"], Taking::Auto)[0].1.starts_with("PKW job"));
     }
 
     #[test]

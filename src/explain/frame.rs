@@ -2,6 +2,7 @@
 
 use super::context::{Asked, Context};
 use super::field::{Bits, Field, Mark, hex};
+use super::foreign::Foreign;
 use super::service::{self, Carried};
 use super::{Explanation, Kind, Sender, acyclic};
 use crate::profibus::dp;
@@ -432,7 +433,13 @@ fn invalid(octets: &[u8], error: FrameError, context: &Context) -> Explanation {
         }
         None => fields.push(Field::octets("end", at, &[], missing(octets, error)).marked(Mark::Invalid)),
     }
-    let reason = if behind.is_empty() { missing(octets, error) } else { error.to_string() };
+    let mut reason = if behind.is_empty() { missing(octets, error) } else { error.to_string() };
+    if let Some(foreign) = Foreign::of(octets) {
+        reason = format!("{reason}; {foreign}");
+        if let Some(first) = fields.first_mut() {
+            first.hints.push(foreign.to_string());
+        }
+    }
     Explanation::of_nobody(Kind::Noise, format!("invalid at octet {at}: {reason}"), octets, fields)
 }
 
