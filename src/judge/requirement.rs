@@ -24,6 +24,9 @@ pub trait Requirement: Copy + Eq + Ord + Hash + Debug + 'static {
     /// What is judged, as `master`.
     const SUBJECT: &'static str;
 
+    /// Whether every row that could be judged must be, for a judgement to be complete.
+    const EACH_COUNTS: bool = false;
+
     /// Every row, in the order of the table.
     fn all() -> Vec<Self>;
 

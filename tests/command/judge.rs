@@ -16,6 +16,7 @@ use crate::process::end_of;
 mod action;
 mod compared;
 mod configured;
+mod device;
 mod gitlab;
 mod masters;
 mod nodes;

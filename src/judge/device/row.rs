@@ -105,6 +105,7 @@ impl<P: Table> Requirement for Row<P> {
     type Ending = Ending;
 
     const SUBJECT: &'static str = P::SUBJECT;
+    const EACH_COUNTS: bool = true;
 
     fn all() -> Vec<Self> {
         let entries = P::groups().into_iter().flat_map(|group| {

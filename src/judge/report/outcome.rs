@@ -2,7 +2,7 @@
 
 use super::ReportOf;
 use crate::judge::requirement::{Conclusion, Requirement, Standing};
-use crate::judge::verdict::Verdict;
+use crate::judge::verdict::{JudgementOf, Verdict};
 
 /// What a judgement as a whole says.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -72,6 +72,11 @@ impl<R: Requirement> ReportOf<R> {
         // Nothing is provoked for a recording.
         if self.ending.standing() == Standing::Read {
             return None;
+        }
+        if R::EACH_COUNTS {
+            let open = |judged: &&JudgementOf<R>| judged.verdict == Verdict::NotJudged && judged.applies;
+            let open = self.judgements.iter().find(open);
+            return open.map(|judged| format!("{} was not judged: {}", judged.row.id(), judged.reason));
         }
         let mut groups: Vec<&str> = self.judgements.iter().map(|judgement| judgement.row.group()).collect();
         groups.dedup();

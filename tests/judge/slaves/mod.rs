@@ -55,3 +55,22 @@ fn needs_are_rows_of_the_table_and_never_go_round() {
         assert!(all[at + 1..].iter().all(|other| other.id() != row.id()), "{row:?} is there twice");
     }
 }
+
+#[test]
+fn the_page_names_every_row() {
+    let page = include_str!("../../../docs/judge-devices.md");
+    for row in Row::all() {
+        let how = match row.unseen() {
+            Some(why) => format!("not judged: {why}"),
+            None => row.rule().unwrap().into(),
+        };
+        let line = format!(
+            "| {} | {} | {:?} | {} | {how} |",
+            row.id(),
+            row.priority(),
+            row.confidence(),
+            row.text()
+        );
+        assert!(page.contains(&line), "docs/judge-devices.md has not:\n{line}");
+    }
+}
