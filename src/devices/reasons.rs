@@ -17,11 +17,12 @@ pub(crate) const NO_MODE: Reason<'static> =
 /// Bit 8 of the controlword.
 pub(crate) const HALT: Reason<'static> = Reason::new("Halt", &"bit 8 of 6040h is 1: halt");
 
-/// Tells what of the slave in front of a drive keeps control words from it. `cfg_advice` is what to do about a refused
-/// Chk_Cfg.
+/// Tells what of the slave in front of a drive keeps control words from it. `outputs` are what the master sends it;
+/// `cfg_advice` is what to do about a refused Chk_Cfg.
 pub(super) fn of_slave(
     state: dp::State,
     diagnosis: &dp::Diagnosis,
+    outputs: &[u8],
     cfg_advice: &'static str,
     tell: &mut dyn FnMut(Reason<'_>),
 ) {
@@ -48,11 +49,20 @@ pub(super) fn of_slave(
             tell,
         ),
         dp::State::WaitCfg => waits(&": it was parameterised and waits for Chk_Cfg", tell),
+        dp::State::DataExch if outputs.iter().all(|octet| *octet == 0) => {
+            let text = "all outputs are 0: the master is in CLEAR (a PLC in STOP), has sent Clear_Data, or writes nothing";
+            tell(Reason::new("OutputsZero", &text));
+        }
         dp::State::DataExch => {}
     }
     if diagnosis.sync_mode {
         let text = "Sync holds the outputs, new control words do not reach the drive: send Global_Control with Unsync";
         tell(Reason::new("SyncHolds", &text));
+    }
+    if diagnosis.freeze_mode {
+        let text = "Freeze holds the inputs, the master does not see that the status word changes: send Global_Control with \
+                    Unfreeze";
+        tell(Reason::new("FreezeHolds", &text));
     }
 }
 

@@ -34,6 +34,18 @@ pub enum ReadError {
         /// Its section `[Device Classification]` or `[Params]`.
         place: Place,
     },
+    /// XML with a mistake.
+    #[error("{place}: the file begins as XML and is none from here on")]
+    Xml {
+        /// Where it ends.
+        place: Place,
+    },
+    /// XML of something else.
+    #[error("{place}: XML without a CANopenObject: this is no XDD of a CANopen node")]
+    OtherXml {
+        /// Its root element.
+        place: Place,
+    },
     /// No line `[section]`.
     #[error("line 1, column 1: no line with a [section]: this is no EDS")]
     NoSection,

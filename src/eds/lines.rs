@@ -22,6 +22,10 @@ pub(super) struct Key<'a> {
 }
 
 impl<'a> Section<'a> {
+    pub(super) const fn new(name: &'a str, place: Place, keys: Vec<Key<'a>>) -> Self {
+        Self { name, place, keys }
+    }
+
     /// The keys whose value is not blank.
     pub(super) fn keys(&self) -> impl Iterator<Item = &Key<'a>> {
         self.keys.iter().filter(|key| !key.value.is_empty())

@@ -1,9 +1,10 @@
-//! A CANopen node as its electronic data sheet (EDS) or device configuration file (DCF) describes it: the file read
-//! and typed (CiA 306, `eds.md`).
+//! A CANopen node as its electronic data sheet (EDS) or device configuration file (DCF) describes it, or the XML of them
+//! (XDD, XDC): the file read and typed (CiA 306 and 311, `eds.md`).
 //!
 //! | file | holds |
 //! | --- | --- |
 //! | `lines.rs` | text to sections of keys and values |
+//! | `xdd.rs` | XML to the same sections |
 //! | `number.rs` | numbers and formulas with `$NODEID` |
 //! | `content.rs` | the value that an entry has after power-up |
 //! | `object.rs` | objects and their entries |
@@ -41,6 +42,7 @@ mod profile;
 mod reader;
 #[cfg(test)]
 mod tests;
+mod xdd;
 
 pub use content::Content;
 pub use error::ReadError;

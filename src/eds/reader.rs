@@ -6,7 +6,8 @@ mod objects;
 mod values;
 
 use super::lines::{self, Key, Section};
-use super::{Eds, MAX_FILE_LEN, ReadError, check, number};
+use super::xdd::Written;
+use super::{Eds, MAX_FILE_LEN, ReadError, check, number, xdd};
 use crate::device_file::{CodePage, Hint, Level, Place, Utf16, decode};
 
 /// Reads a file.
@@ -19,13 +20,22 @@ pub(super) fn read(octets: &[u8]) -> Result<Eds, ReadError> {
         return Err(ReadError::Empty);
     }
     let mut hints = Vec::new();
-    let sections = lines::sections(&text, &mut hints);
+    let is_xml = xdd::is_xml(&text);
+    let written = if is_xml { xdd::sections(&text)? } else { Vec::new() };
+    let sections = match &written[..] {
+        [] => lines::sections(&text, &mut hints),
+        written => written.iter().map(Written::section).collect(),
+    };
     if sections.is_empty() {
         return Err(if text.lines().any(is_gsd) { ReadError::Gsd } else { ReadError::NoSection });
     }
     let mut reader = Reader { code_page, sections: Sections(&sections), hints };
     let mut objects = reader.objects(&sections)?;
-    reader.lists(&mut objects);
+    if is_xml {
+        lists::without_lists(&mut objects);
+    } else {
+        reader.lists(&mut objects);
+    }
     let mut eds = Eds {
         code_page,
         file: reader.file_info(),

@@ -264,6 +264,7 @@ fn faults_are_provoked_buffered_and_acknowledged_and_why_names_them() {
     assert_eq!(
         rig.reasons(),
         [
+            "OutputsZero",
             "NotByPlc",
             "Off2",
             "Off3",

@@ -64,6 +64,13 @@ impl Reader<'_> {
     }
 }
 
+/// XDD has no lists.
+pub(super) fn without_lists(objects: &mut BTreeMap<u16, Object>) {
+    for (index, object) in objects {
+        object.group = Some(expected(*index));
+    }
+}
+
 /// The list in which an object belongs.
 const fn expected(index: u16) -> Group {
     match index {

@@ -10,7 +10,7 @@ use crate::can_bus::canopen::pdo::MAX_PDOS;
 use crate::device_file::Level;
 use crate::devices::CanopenDevice;
 use crate::devices::from_eds::{Dictionary, FromEds};
-use crate::eds::{Content, Eds};
+use crate::eds::{Content, Eds, Profile};
 use crate::host::can::Product;
 use crate::host::device_file::{domain_of_file, eds_octets_of_file};
 
@@ -141,6 +141,15 @@ fn without_service(eds: &Eds) -> Vec<String> {
             ));
         }
     }
+    if eds.profile() == Profile::Drive {
+        // CiA 402: the objects of axis n + 1 are n times 800h behind those of the first.
+        let axes = (2_u16..=8).map(|axis| (axis, 0x6040 + (axis - 1) * 0x800));
+        for (axis, index) in axes.filter(|(_, index)| eds.objects.contains_key(index)) {
+            all.push(format!(
+                "axis {axis}, from {index:04X}h on, is values only: the drive is the first axis"
+            ));
+        }
+    }
     let consumers = eds.objects.get(&0x1016).map_or(0, |object| object.entries.range(1..).count());
     if consumers > MAX_CONSUMERS {
         all.push(format!("1016h has {consumers} entries: the first {MAX_CONSUMERS} supervise a node"));
@@ -204,6 +213,16 @@ mod tests {
                 "1 RPDOs from 1408h on are values only: a node has 8",
                 "1 TPDOs from 1808h on are values only: a node has 8",
                 "1016h has 9 entries: the first 8 supervise a node"
+            ]
+        );
+        let two =
+            Eds::read(b"[6040]\nDataType=6\n[6041]\nDataType=6\n[6840]\nDataType=6\n[7040]\nDataType=6\n")
+                .unwrap();
+        assert_eq!(
+            without_service(&two),
+            [
+                "axis 2, from 6840h on, is values only: the drive is the first axis",
+                "axis 3, from 7040h on, is values only: the drive is the first axis"
             ]
         );
     }

@@ -98,6 +98,7 @@ fn why() {
                 told.say(0x003B, 0, CYCLE);
                 asked(&told)
             }),
+            row("W-16", "Freeze holds the inputs", after(|told| told.line.global_control(0x08, 0))),
             row(
                 "W-15",
                 "it travels",

@@ -25,7 +25,8 @@ impl Device {
             tell(Reason::new("AddressNotSet", &text));
         } else {
             let slave = self.slave();
-            reasons::of_slave(slave.state(), &slave.diagnosis(), APPLICATION.cfg_advice, tell);
+            let advice = APPLICATION.cfg_advice;
+            reasons::of_slave(slave.state(), &slave.diagnosis(), slave.outputs(), advice, tell);
         }
         self.each_of_drive(tell);
     }

@@ -27,7 +27,7 @@ impl<A: Application> Why for PpoDrive<A> {
             return;
         }
         let state = self.slave().state();
-        of_slave(state, &self.slave().diagnosis(), CFG_ADVICE, tell);
+        of_slave(state, &self.slave().diagnosis(), self.slave().outputs(), CFG_ADVICE, tell);
         each_of_words(state, self.stw(), self.zsw(), tell);
         if status.state == State::Operation && self.command().setpoint == 0 {
             let text = "the setpoint is 0 (second word of process data): send another";
@@ -69,11 +69,14 @@ mod tests {
             let mut diagnosis = dp::Diagnosis::default();
             change(&mut diagnosis);
             let mut told = Vec::new();
-            of_slave(state, &diagnosis, CFG_ADVICE, &mut |reason| told.push(reason.to_string()));
+            of_slave(state, &diagnosis, &[0, 1], CFG_ADVICE, &mut |reason| told.push(reason.to_string()));
             told.join("; ")
         };
         assert_eq!(of(dp::State::DataExch, |_| {}), "");
         assert!(of(dp::State::DataExch, |diagnosis| diagnosis.sync_mode = true).starts_with("Sync holds"));
+        assert!(
+            of(dp::State::DataExch, |diagnosis| diagnosis.freeze_mode = true).starts_with("Freeze holds")
+        );
         assert!(of(dp::State::WaitPrm, |_| {}).ends_with("check its station list and the rate of the line"));
         assert!(of(dp::State::WaitPrm, |diagnosis| diagnosis.prm_fault = true).contains("Prm_Fault"));
         assert!(of(dp::State::WaitPrm, |diagnosis| diagnosis.cfg_fault = true).ends_with(CFG_ADVICE));
