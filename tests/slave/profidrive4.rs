@@ -382,7 +382,7 @@ fn pnu_923_has_the_parameter_of_each_signal_by_its_number() {
 #[test]
 fn a_new_configuration_while_a_block_runs_ends_it_and_the_axis_stands() {
     let mut rig = Rig::started(7);
-    let mut set = |rig: &mut Rig, pnu: u16, value: i32| {
+    let set = |rig: &mut Rig, pnu: u16, value: i32| {
         let [high, low] = pnu.to_be_bytes();
         let [a, b, c, d] = value.to_be_bytes();
         let answer = rig.parameter(&[1, 2, 0, 1, 0x10, 1, high, low, 0, 0, 0x04, 1, a, b, c, d]);
