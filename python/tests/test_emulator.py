@@ -228,3 +228,13 @@ def test_objects_of_a_node_from_its_file_are_set() -> None:
             assert node.read_object(0x2001) == value
         node.reset_inputs()
         assert node.inputs["2001h"] == 1.5
+
+
+def test_an_object_of_a_node_from_its_file_follows_a_signal() -> None:
+    sheets = ROOT / "tests" / "eds"
+    count = {"object": "2002h", "behaviour": "count", "from": 0, "to": 100_000, "every": "10ms"}
+    with Emulator(nodes=[5], options=["--panel-files", str(sheets)]) as emulator:
+        node = emulator.add(6, "eds-node", eds="pump.eds", profile="none", value=[count])
+        first = node.read_object(0x2002)
+        node.wait_until(lambda node: node.read_object(0x2002) > first + 5)
+        assert node.inputs["2002h"] > first + 5

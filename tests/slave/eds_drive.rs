@@ -476,9 +476,14 @@ fn homing_methods_are_those_of_60e3h() {
 fn a_stop_of_the_master_is_told_as_fault_8130h_too() {
     let mut drive = Drive::new();
     drive.enable(3);
-    drive.0.data(0, &[0x82, NODE]);
-    let seen = drive.millis(10);
+    let mut seen = drive.0.data(0, &[0x82, NODE]);
+    seen.extend(drive.millis(10));
     assert_eq!(drive.0.number(0x603F, 0), 0x8130);
+    // Code, 1001h (generic and communication), nothing of the maker.
+    assert_eq!(
+        seen.iter().filter(|frame| frame.starts_with("085#")).collect::<Vec<_>>(),
+        ["085#3081110000000000"]
+    );
     let mut stopped = Drive::new();
     stopped.enable(3);
     stopped.0.data(0, &[2, NODE]);

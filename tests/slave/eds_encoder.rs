@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use profidrive::devices::CanopenDevice;
 use profidrive::face::surroundings::Level;
 
 use crate::file_node::{NODE, Rig, array, pdo, var};
@@ -104,6 +105,26 @@ fn eds_63_the_cyclic_timer_is_the_event_timer_of_the_first_tpdo() {
     rig.write(0x1800, 5, &[0, 0]).unwrap();
     assert_eq!((rig.number(0x6200, 0), rig.pass(Duration::from_millis(100)).len()), (0, 0));
     assert_eq!(turn(&mut rig, 77.0), ["185#4D000000"]);
+}
+
+#[test]
+fn a_preset_while_the_cyclic_timer_is_due_is_sent_once_and_keeps_the_pace() {
+    let mut rig = encoder();
+    rig.start();
+    turn(&mut rig, 1000.0);
+    rig.write(0x1800, 2, &[255]).unwrap();
+    // To the moment when the timer is due, before it was handled.
+    let due = rig.device.poll_timeout().unwrap();
+    rig.now = due;
+    set(&mut rig, 0x6003, 300).unwrap();
+    assert_eq!(rig.number(0x6004, 0), 300);
+    rig.device.handle_timeout(due);
+    let sent = rig.drain();
+    assert!(
+        sent.iter().all(|frame| frame == "185#2C010000") && sent.len() <= 1,
+        "the new position: {sent:?}"
+    );
+    assert_eq!(rig.pass(Duration::from_millis(200)).len(), 4, "each 50 ms from then on");
 }
 
 #[test]

@@ -26,6 +26,9 @@ const NAME_LEN: usize = 5 + MARK.len();
 
 /// Which one the object is.
 pub(crate) fn place(at: (u16, u8)) -> Option<usize> {
+    if !(0x2000..0x2800).contains(&at.0) {
+        return None;
+    }
     STORED.binary_search_by_key(&at, |entry| entry.at).ok()
 }
 

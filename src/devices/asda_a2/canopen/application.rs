@@ -149,10 +149,12 @@ impl Application for Drive {
     }
 
     fn read(&self, at: Address) -> Result<Value<'_>, Abort> {
-        let number = match (self.link(at), stored::place(at.pair())) {
-            (Some(link), _) => link.read(self.servo.settings()),
-            (None, Some(place)) => self.servo.settings().stored(place).into(),
-            (None, None) => self.actual(at)?,
+        let number = if let Some(link) = self.link(at) {
+            link.read(self.servo.settings())
+        } else if let Some(place) = stored::place(at.pair()) {
+            self.servo.settings().stored(place).into()
+        } else {
+            self.actual(at)?
         };
         self.value(at, number)
     }
