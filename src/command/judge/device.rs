@@ -111,6 +111,7 @@ fn setup(args: &args::Judge, slave: &JudgedSlave) -> Result<Setup, Failure> {
         prm: slave.prm.clone(),
         gsd: gsd.map(Box::new),
         modules,
+        profile: slave.profile,
         mirror: slave.mirror,
         owner,
         slot: args.slot.map(Duration::from_millis),

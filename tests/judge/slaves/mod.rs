@@ -10,6 +10,7 @@ use profidrive::time::BaudRate;
 
 mod devices;
 mod mistakes;
+mod profile;
 mod rig;
 
 /// Judges what is on a line of its own.

@@ -17,10 +17,12 @@ use crate::profibus::fdl::{Address, FrameCount, ReplyStatus, Service as FdlServi
 use crate::time::Instant;
 
 mod hands;
+mod ppo;
 mod prm;
 mod start;
 
 pub(super) use hands::{CLEAR, FREEZE_COMMAND, SYNC_COMMAND, UNFREEZE_COMMAND, UNSYNC_COMMAND};
+pub(super) use ppo::pkw;
 pub(super) use prm::{FREEZE, LOCK, Prm, SYNC, UNLOCK};
 
 /// Octets of Slave_Diag in front of the extended diagnosis.

@@ -4,6 +4,7 @@ use core::time::Duration;
 
 use crate::gsd::Gsd;
 use crate::profibus::fdl::Address;
+use crate::profibus::ppo::PpoType;
 
 /// The slave under test, and how it is judged.
 #[derive(Clone, Debug)]
@@ -20,6 +21,8 @@ pub struct Setup {
     pub gsd: Option<Box<Gsd>>,
     /// Its modules, places in [`Gsd::modules`]; empty: as Get_Cfg says.
     pub modules: Vec<usize>,
+    /// It is a drive of PROFIDRIVE version 2 with this PPO.
+    pub profile: Option<PpoType>,
     /// Its inputs follow its outputs.
     pub mirror: bool,
     /// The master that owns it while it is judged.
@@ -48,6 +51,7 @@ impl Setup {
             prm: None,
             gsd: None,
             modules: Vec::new(),
+            profile: None,
             mirror: false,
             owner: Address::from_octet(owner),
             slot: None,

@@ -194,7 +194,9 @@ const UNPROVED: [&str; 3] = ["S-F08", "S-P17", "S-T03"];
 
 #[test]
 fn every_row_that_is_judged_has_a_mistake() {
-    for row in Row::all().into_iter().filter(|row| row.unseen().is_none()) {
+    // Those of the profile have mistakes of their own.
+    let judged = |row: &Row| row.unseen().is_none() && row.id().starts_with("S-");
+    for row in Row::all().into_iter().filter(judged) {
         let has = all().any(|mistake| mistake.rows.contains(&row.id()));
         assert_ne!(has, UNPROVED.contains(&row.id()), "{row:?}");
     }

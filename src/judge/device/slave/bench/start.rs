@@ -15,6 +15,7 @@ use crate::judge::moment::Telegram;
 use crate::profibus::dp::DiagBit;
 use crate::profibus::dp::{IoLengths, Service};
 use crate::profibus::fdl::{FrameCount, ReplyStatus};
+use crate::profibus::ppo::PpoType;
 use crate::time::Instant;
 
 /// A slave that was just started, or searches for the rate, is looked for so long.
@@ -65,6 +66,14 @@ impl Trial for Bench {
                 cfg
             }
         };
+        // A drive of the profile has a configuration for each PPO.
+        if let Some(kind) = self.setup.profile.filter(|_| self.setup.cfg.is_none()) {
+            let lengths = IoLengths::of(&self.cfg).unwrap_or_default();
+            let is_of_another = PpoType::ALL.iter().any(|other| other.configuration() == self.cfg);
+            if is_of_another || usize::from(lengths.outputs) != kind.len() {
+                self.cfg = kind.configuration().to_vec();
+            }
+        }
         match IoLengths::of(&self.cfg) {
             Ok(lengths) => self.lengths = lengths,
             Err(error) => return broken(format!("its configuration is none: {error}")),
@@ -109,6 +118,9 @@ impl Trial for Bench {
             ("cfg", hex(&self.cfg)),
             ("prm", hex(&self.setup.user_prm())),
         ];
+        if let Some(kind) = self.setup.profile {
+            words.push(("profile", kind.to_string()));
+        }
         if self.setup.mirror {
             words.push(("mirror", "1".into()));
         }

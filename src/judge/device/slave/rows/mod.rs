@@ -13,6 +13,7 @@ mod diagnosis;
 mod exchange;
 mod framing;
 mod parameters;
+mod profile;
 mod requests;
 mod several;
 mod start_up;
@@ -36,6 +37,7 @@ pub(super) fn groups() -> Vec<Group<Bench>> {
         timing::GROUP,
         several::GROUP,
         device_file::GROUP,
+        profile::GROUP,
     ]
 }
 

@@ -1,0 +1,426 @@
+//! The profile PROFIDRIVE version 2 (`docs/reference/profidrive-v2.md`): parameter channel and states.
+
+use core::time::Duration;
+
+use super::{row, softer};
+use crate::judge::device::course::{Course, broken, inapplicable};
+use crate::judge::device::row::{By, Group};
+use crate::judge::device::slave::Bench;
+use crate::judge::device::slave::bench::pkw;
+use crate::judge::requirement::Confidence::{B, C, U};
+use crate::profibus::ppo::{JobId, Pkw, ReplyId, Stw};
+
+pub(super) const GROUP: Group<Bench> = Group {
+    title: "PROFIDRIVE version 2",
+    rows: &[
+        row(
+            "P-L01",
+            "inputs and outputs have the length of the PPO",
+            "PPO 1: 12 octets, 2: 20, 3: 4, 4: 12, 5: 28 (profidrive-v2 1)",
+            &["S-X01"],
+            By::Trial(l01),
+        ),
+        row(
+            "P-K01",
+            "without a job there is no reply",
+            "job 0: reply 0 (profidrive-v2 3)",
+            &["P-L01"],
+            By::Trial(k01),
+        ),
+        row(
+            "P-K02",
+            "a parameter that is there is read: a word or a double word, with its PNU",
+            "job 1: reply 1 or 2; the reply names the parameter of the job (profidrive-v2 3, 4 rule 3)",
+            &["P-K01"],
+            By::Trial(k02),
+        ),
+        row(
+            "P-K03",
+            "a parameter that is not there is refused with error 0",
+            "reply 7, and word 4 is the error number; 0 illegal PNU (profidrive-v2 4 rule 7, 5)",
+            &["P-K01"],
+            By::Trial(k03),
+        ),
+        row(
+            "P-K04",
+            "the reply stays until there is another job, and goes with no job",
+            "the slave provides the reply until a new job is formulated (profidrive-v2 4 rule 2)",
+            &["P-K02"],
+            By::Trial(k04),
+        ),
+        softer(
+            row(
+                "P-K05",
+                "an element that is not there is refused with error 3",
+                "3 sub-index (profidrive-v2 5)",
+                &["P-K02"],
+                By::Trial(k05),
+            ),
+            1,
+            B,
+        ),
+        softer(
+            row(
+                "P-K06",
+                "the number of elements of an array is told, and none of a parameter that is none",
+                "job 9: reply 6; 4 no array (profidrive-v2 3, 5)",
+                &["P-K02"],
+                By::Trial(k06),
+            ),
+            2,
+            B,
+        ),
+        softer(
+            row(
+                "P-K07",
+                "a parameter that can only be read is not written: error 1",
+                "1 not changeable (profidrive-v2 5)",
+                &["P-K02"],
+                By::Trial(k07),
+            ),
+            1,
+            B,
+        ),
+        softer(
+            row(
+                "P-K08",
+                "every PNU of the list 980 can be read",
+                "980 to 989: lists of all defined PNUs (profidrive-v2 7)",
+                &["P-K05"],
+                By::Trial(k08),
+            ),
+            2,
+            B,
+        ),
+        softer(
+            row(
+                "P-K09",
+                "jobs 10 to 15 are refused, where the drive has none of its own",
+                "10 to 15 are reserved in version 2 (profidrive-v2 3)",
+                &["P-K03"],
+                By::Trial(k09),
+            ),
+            2,
+            U,
+        ),
+        row(
+            "P-S01",
+            "without ON the drive is not in operation",
+            "S1, S2: ZSW bits 1 and 2 are 0 (profidrive-v2 8)",
+            &["P-L01"],
+            By::Trial(s01),
+        ),
+        softer(
+            row(
+                "P-S02",
+                "ON at once does not switch it on: OFF1 comes first",
+                "S1 to S2 when STW bit 0 = 0, bits 1 and 2 = 1 (profidrive-v2 8)",
+                &["P-S01"],
+                By::Trial(s02),
+            ),
+            1,
+            C,
+        ),
+        softer(
+            row(
+                "P-S03",
+                "OFF1, ON, enable: ready to switch on, switched on, operation; and back",
+                "S2: bit 0; S3: bits 0 and 1; S4: bits 0 to 2 of ZSW (profidrive-v2 8)",
+                &["P-S02"],
+                By::Trial(s03),
+            ),
+            1,
+            B,
+        ),
+        softer(
+            row(
+                "P-S04",
+                "OFF2 and OFF3 end operation with switching-on inhibited",
+                "OFF2 from any state to S1, OFF3 through S5 to S1 (profidrive-v2 8)",
+                &["P-S03"],
+                By::Trial(s04),
+            ),
+            1,
+            B,
+        ),
+    ],
+};
+
+fn l01(bench: &mut Bench) -> Course {
+    let kind = bench.profile()?;
+    let got = (usize::from(bench.lengths.outputs), usize::from(bench.lengths.inputs));
+    if got == (kind.len(), kind.len()) {
+        return Ok(());
+    }
+    broken(format!("{} octets of outputs and {} of inputs; {kind} has {}", got.0, got.1, kind.len()))
+}
+
+fn k01(bench: &mut Bench) -> Course {
+    bench.start_channel()?;
+    for _ in 0..4 {
+        bench.exchange_ppo(Pkw::ZERO, Stw::from_raw(0))?;
+    }
+    let (reply, _) = bench.exchange_ppo(Pkw::ZERO, Stw::from_raw(0))?;
+    if reply.pke.reply() == ReplyId::NoReply {
+        return Ok(());
+    }
+    broken(format!("without a job the reply is '{}' of PNU {}", reply.pke.reply(), reply.pke.pnu()))
+}
+
+/// The list of PNUs, and parameters that many drives have.
+const LIST: u16 = 980;
+const USUAL: [u16; 8] = [918, 930, 947, 952, 961, 963, 964, 965];
+
+/// A reply, in words.
+fn words(reply: Pkw) -> String {
+    match reply.pke.reply() {
+        ReplyId::NotExecutable => format!("'not executable', error {}", reply.pwe_low),
+        other => format!("'{other}'"),
+    }
+}
+
+/// A parameter that is no array and can be read, with its reply.
+fn readable(bench: &mut Bench) -> Course<Option<Pkw>> {
+    for pnu in USUAL {
+        let reply = bench.read(pnu, None)?;
+        if matches!(reply.pke.reply(), ReplyId::Word | ReplyId::DoubleWord) {
+            return Ok(Some(reply));
+        }
+    }
+    Ok(None)
+}
+
+fn must_read(bench: &mut Bench) -> Course<Pkw> {
+    match readable(bench)? {
+        Some(reply) => Ok(reply),
+        None => inapplicable("none of PNU 918, 930, 947, 952, 961, 963, 964, 965 can be read"),
+    }
+}
+
+fn k02(bench: &mut Bench) -> Course {
+    bench.start_channel()?;
+    if readable(bench)?.is_some() {
+        return Ok(());
+    }
+    // Every drive has one of these, but the list says more.
+    let reply = bench.read(LIST, Some(1))?;
+    if reply.pke.reply() != ReplyId::ElementWord {
+        return broken("none of PNU 918, 930, 947, 952, 961, 963, 964, 965 and 980 can be read");
+    }
+    let reply = bench.read(reply.word(), None)?;
+    if matches!(reply.pke.reply(), ReplyId::Word | ReplyId::DoubleWord | ReplyId::NotExecutable) {
+        return Ok(());
+    }
+    broken(format!("a parameter of the list 980 is read with {}", words(reply)))
+}
+
+/// A PNU that no drive has.
+const NONE: u16 = 2046;
+
+fn k03(bench: &mut Bench) -> Course {
+    bench.start_channel()?;
+    for pnu in [NONE, 899] {
+        let reply = bench.read(pnu, None)?;
+        let is_there = matches!(reply.pke.reply(), ReplyId::Word | ReplyId::DoubleWord);
+        if pnu != NONE && is_there {
+            continue;
+        }
+        if reply.pke.reply() != ReplyId::NotExecutable || reply.pwe_low != 0 {
+            return broken(format!("PNU {pnu} is read with {}, expected error 0", words(reply)));
+        }
+    }
+    Ok(())
+}
+
+fn k04(bench: &mut Bench) -> Course {
+    bench.start_channel()?;
+    let first = must_read(bench)?;
+    let job = pkw(JobId::Read, first.pke.pnu(), 0, 0);
+    for _ in 0..20 {
+        let (reply, _) = bench.exchange_ppo(job, Stw::from_raw(0))?;
+        if reply.pke != first.pke {
+            return broken(format!("the reply to a job that stays becomes {}", words(reply)));
+        }
+    }
+    for _ in 0..5 {
+        bench.exchange_ppo(Pkw::ZERO, Stw::from_raw(0))?;
+    }
+    let (reply, _) = bench.exchange_ppo(Pkw::ZERO, Stw::from_raw(0))?;
+    if reply.pke.reply() == ReplyId::NoReply {
+        return Ok(());
+    }
+    broken(format!("the reply {} stays without a job", words(reply)))
+}
+
+/// An array: of what number its elements are; `None`: the drive has no list.
+fn elements(bench: &mut Bench) -> Course<u32> {
+    let reply = bench.job(pkw(JobId::ReadElementCount, LIST, 0, 0))?;
+    match reply.pke.reply() {
+        ReplyId::ElementCount => Ok(reply.double_word() & 0xFFFF),
+        ReplyId::NotExecutable if matches!(reply.pwe_low, 0 | 106) => {
+            inapplicable("the drive has no list of parameters (PNU 980)")
+        }
+        _ => broken(format!("the number of elements of PNU 980 is told with {}", words(reply))),
+    }
+}
+
+fn k05(bench: &mut Bench) -> Course {
+    bench.start_channel()?;
+    let count = elements(bench)?;
+    let Ok(beyond) = u8::try_from(count + 1) else {
+        return inapplicable("the array has too many elements for one that is not there");
+    };
+    let reply = bench.read(LIST, Some(beyond))?;
+    if reply.pke.reply() == ReplyId::NotExecutable && reply.pwe_low == 3 {
+        return Ok(());
+    }
+    broken(format!("element {beyond} of {count} is read with {}, expected error 3", words(reply)))
+}
+
+fn k06(bench: &mut Bench) -> Course {
+    bench.start_channel()?;
+    let count = elements(bench)?;
+    if count == 0 {
+        return broken("the list of parameters has no elements");
+    }
+    let plain = must_read(bench)?;
+    let reply = bench.job(pkw(JobId::ReadElementCount, plain.pke.pnu(), 0, 0))?;
+    if matches!(reply.pke.reply(), ReplyId::NotExecutable | ReplyId::ElementCount) {
+        return Ok(());
+    }
+    broken(format!("the number of elements of PNU {} is told with {}", plain.pke.pnu(), words(reply)))
+}
+
+/// Parameters that can only be read, wherever they are.
+const READ_ONLY: [u16; 4] = [964, 963, 968, 944];
+
+fn k07(bench: &mut Bench) -> Course {
+    bench.start_channel()?;
+    for pnu in READ_ONLY {
+        let read = bench.read(pnu, None)?;
+        if read.pke.reply() != ReplyId::Word {
+            continue;
+        }
+        // The value that it has: whoever takes it is as before.
+        let reply = bench.job(pkw(JobId::WriteWord, pnu, 0, read.word().into()))?;
+        return match reply.pke.reply() {
+            ReplyId::NotExecutable if reply.pwe_low == 1 => Ok(()),
+            // It cannot be told before.
+            ReplyId::NoControlRights => Ok(()),
+            ReplyId::NotExecutable if matches!(reply.pwe_low, 11 | 17) => Ok(()),
+            _ => broken(format!("PNU {pnu} is written with {}, expected error 1", words(reply))),
+        };
+    }
+    inapplicable("none of PNU 964, 963, 968, 944 is a word")
+}
+
+/// So many elements of the list are read.
+const LISTED: u8 = 100;
+
+fn k08(bench: &mut Bench) -> Course {
+    bench.start_channel()?;
+    let count =
+        u8::try_from(elements(bench)?).unwrap_or(LISTED).min(if bench.setup.quick { 5 } else { LISTED });
+    for element in 1..=count {
+        let listed = bench.read(LIST, Some(element))?;
+        if listed.pke.reply() != ReplyId::ElementWord {
+            return broken(format!("element {element} of PNU 980 is read with {}", words(listed)));
+        }
+        let pnu = listed.word();
+        if pnu == 0 {
+            break;
+        }
+        let reply = bench.read(pnu, None)?;
+        if reply.pke.reply() == ReplyId::NotExecutable && matches!(reply.pwe_low, 0 | 106) {
+            return broken(format!("PNU {pnu} is in the list 980 and is read with {}", words(reply)));
+        }
+    }
+    Ok(())
+}
+
+fn k09(bench: &mut Bench) -> Course {
+    bench.start_channel()?;
+    for ak in 10..=15_u16 {
+        // A parameter that is not there: no job of the drive's own changes it.
+        let job =
+            Pkw::new(crate::profibus::ppo::Pke::from_raw(ak << 12 | NONE), pkw(JobId::NoJob, 0, 0, 0).ind, 0);
+        let reply = bench.job(job)?;
+        if !matches!(reply.pke.reply(), ReplyId::NotExecutable | ReplyId::NoControlRights) {
+            return broken(format!("job {ak} is answered with {}", words(reply)));
+        }
+    }
+    Ok(())
+}
+
+/// Bits of ZSW: ready to switch on, ready, operation enabled, switching-on inhibited.
+const READY_TO_SWITCH_ON: u16 = 0x01;
+const READY: u16 = 0x02;
+const OPERATION: u16 = 0x04;
+const INHIBITED: u16 = 0x40;
+
+/// Control words: OFF1, OFF2, OFF3, ON without enable, enabled. Setpoint zero.
+const OFF1: u16 = 0x047E;
+const OFF2: u16 = 0x047D;
+const OFF3: u16 = 0x047B;
+const ON: u16 = 0x0477;
+const ENABLED: u16 = 0x047F;
+
+/// A drive follows within so long.
+const FOLLOWS: Duration = Duration::from_millis(500);
+
+/// With this control word these bits of the status word become 1, and those 0.
+fn becomes(bench: &mut Bench, stw: u16, ones: u16, zeros: u16) -> Course {
+    let zsw = bench.hold(stw, FOLLOWS)?.raw();
+    if zsw & ones == ones && zsw & zeros == 0 {
+        return Ok(());
+    }
+    broken(format!("with STW {stw:04X} ZSW is {zsw:04X}, expected {ones:04X} set and {zeros:04X} not"))
+}
+
+fn s01(bench: &mut Bench) -> Course {
+    bench.profile()?;
+    bench.start()?;
+    becomes(bench, 0, 0, READY | OPERATION)?;
+    becomes(bench, OFF1, 0, READY | OPERATION)
+}
+
+/// The drive may be switched on.
+fn may_move(bench: &Bench) -> Course {
+    bench.profile()?;
+    if bench.setup.moves_allowed {
+        return Ok(());
+    }
+    inapplicable("needs --moves-allowed: the drive is switched on, with a setpoint of zero")
+}
+
+fn s02(bench: &mut Bench) -> Course {
+    may_move(bench)?;
+    bench.start()?;
+    becomes(bench, 0, 0, READY | OPERATION)?;
+    becomes(bench, ENABLED, 0, READY | OPERATION)?;
+    becomes(bench, OFF1, READY_TO_SWITCH_ON, READY | OPERATION | INHIBITED)
+}
+
+fn s03(bench: &mut Bench) -> Course {
+    may_move(bench)?;
+    bench.start()?;
+    becomes(bench, 0, 0, READY | OPERATION)?;
+    becomes(bench, OFF1, READY_TO_SWITCH_ON, READY | OPERATION | INHIBITED)?;
+    becomes(bench, ON, READY_TO_SWITCH_ON | READY, OPERATION | INHIBITED)?;
+    becomes(bench, ENABLED, READY_TO_SWITCH_ON | READY | OPERATION, INHIBITED)?;
+    becomes(bench, ON, READY_TO_SWITCH_ON | READY, OPERATION | INHIBITED)?;
+    becomes(bench, ENABLED, READY_TO_SWITCH_ON | READY | OPERATION, INHIBITED)?;
+    becomes(bench, OFF1, READY_TO_SWITCH_ON, READY | OPERATION | INHIBITED)
+}
+
+fn s04(bench: &mut Bench) -> Course {
+    may_move(bench)?;
+    bench.start()?;
+    for off in [OFF2, OFF3] {
+        becomes(bench, OFF1, READY_TO_SWITCH_ON, OPERATION)?;
+        becomes(bench, ENABLED, OPERATION, INHIBITED)?;
+        becomes(bench, off, INHIBITED, READY_TO_SWITCH_ON | READY | OPERATION)?;
+        becomes(bench, ENABLED, 0, OPERATION)?;
+    }
+    becomes(bench, 0, 0, OPERATION)
+}
