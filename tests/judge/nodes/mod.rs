@@ -2,12 +2,13 @@
 
 use std::fs;
 use std::path::Path;
+use std::sync::{Arc, Mutex};
 
-use profidrive::can_bus::can::BitRate;
-use profidrive::can_bus::canopen::NodeId;
+use profidrive::can_bus::can::{BitRate, Frame};
 use profidrive::can_bus::canopen::node::storage::Eeprom;
+use profidrive::can_bus::canopen::{Address, NodeId};
 use profidrive::devices::from_eds::{Dictionary, FromEds};
-use profidrive::devices::{CanopenDevice, CanopenEvent};
+use profidrive::devices::{CanopenDevice, CanopenEvent, ag03};
 use profidrive::eds::Eds;
 use profidrive::host::can::{Bus, Product, StoredNode};
 use profidrive::host::list::Choices;
@@ -15,11 +16,13 @@ use profidrive::judge::device::node::{Port, Report, Row, Setup, simulated};
 use profidrive::judge::{Outcome, Requirement as _, Verdict};
 use profidrive::time::Instant;
 
+#[path = "../../../examples/cia401_io.rs"]
+mod cia401_io;
 mod mistakes;
 mod wrong;
 
 use mistakes::Mistake;
-use wrong::{Hook, Wrong};
+use wrong::{Hook, Mind, Wrong, base};
 
 pub(crate) const NODE: u8 = 5;
 
@@ -109,6 +112,41 @@ fn nodes_from_files_are_not_accused() {
 }
 
 #[test]
+fn a_node_of_ones_own_is_not_accused() {
+    let mut text = String::new();
+    profidrive::can_bus::canopen::eds::write(&cia401_io::SHEET, cia401_io::OBJECTS, &mut text).unwrap();
+    let eds = Eds::read(text.as_bytes()).unwrap();
+    let make = || -> Box<dyn CanopenDevice> { Box::new(cia401_io::Io::new(node()).on_node()) };
+    assert_eq!(wronged("cia401_io", Box::new(make), eds, &[]), None);
+}
+
+/// The AG03/1 with one quirk more.
+fn ag03(quirk: &'static [(&'static str, &'static str)]) -> Factory {
+    Box::new(move || {
+        let mut config = ag03::canopen::Config::new(node());
+        for (name, value) in quirk {
+            config.set_quirk(name, value).unwrap();
+        }
+        Box::new(ag03::canopen::Ag03Node::new(config, Instant::ZERO))
+    })
+}
+
+#[test]
+fn quirks_that_leave_the_standard_are_found_and_those_that_follow_it_are_not() {
+    let eds = Eds::read(Product::named("ag03-1").unwrap().eds().as_bytes()).unwrap();
+    let refused = ag03(&[("cob-id-change", "refused")]);
+    assert_eq!(wronged("ag03-1", refused, eds.clone(), &["N-E04", "N-Y13", "N-Y17"]), None);
+    let on_change = ag03(&[("tpdo-type-0", "on-change")]);
+    assert_eq!(wronged("ag03-1", on_change, eds.clone(), &["N-E04", "N-Y17", "N-Y47"]), None);
+    // It still takes type 253, which is for remote requests alone.
+    let report = judged(ag03(&[("tpdo-rtr", "silent")]), setup(eds), &Row::all());
+    let failed: Vec<_> =
+        accused(&report).into_iter().filter(|(_, verdict, _)| *verdict == Verdict::Fail).collect();
+    assert!(matches!(failed[..], [("N-Y04", ..)]), "{failed:?}");
+    assert!(accused(&report).iter().any(|(id, ..)| *id == "N-Y33"));
+}
+
+#[test]
 fn the_devices_of_this_crate_are_not_accused() {
     let devices = [
         ("ag03-1", &["N-E04", "N-Y13", "N-Y17", "N-Y47"][..]),
@@ -153,7 +191,7 @@ fn missed(list: Vec<Mistake>, factory: fn() -> Box<dyn CanopenDevice>, eds: &Eds
 #[test]
 fn each_mistake_of_a_node_is_found_by_the_row_that_names_it() {
     let list = mistakes::of_nodes();
-    assert!(list.len() >= 60, "{}", list.len());
+    assert!(list.len() >= 120, "{}", list.len());
     let missed = missed(list, || of_file("complete.eds"), &sheet("complete.eds"));
     assert!(missed.is_empty(), "{missed:#?}");
 }
@@ -191,4 +229,85 @@ fn nobody_is_no_pass() {
     let port: Port<CanopenEvent> = Port::new(BitRate::K500);
     let report = simulated(&port, Setup::new(node()), &Row::all(), None).unwrap();
     assert!(matches!(report.outcome(), Outcome::NoExchange(_)), "{report}");
+}
+
+/// What is written to a node: requests to its SDO server that write, and RPDOs.
+fn written(allowed: Setup) -> Vec<Frame> {
+    let written = Arc::new(Mutex::new(Vec::new()));
+    let seen = Arc::clone(&written);
+    let hear = move |_: &mut Mind, frame: Frame| {
+        let writes =
+            frame.id() == base(0x605) && matches!(frame.octets().first(), Some(0x20..=0x3F | 0xC0..=0xDF));
+        if writes && frame.octets().len() == 8 || frame.id() == base(0x205) && !frame.is_remote() {
+            seen.lock().unwrap().push(frame);
+        }
+        vec![frame]
+    };
+    let mistake = Mistake {
+        row: "",
+        what: "none",
+        hear: Box::new(hear),
+        say: Box::new(|_, frame| vec![frame]),
+        every: None,
+    };
+    let report = judged_with(Box::new(|| of_file("complete.eds")), mistake, allowed, &Row::all());
+    assert_eq!(report.outcome(), Outcome::Passed, "{report}");
+    written.lock().unwrap().clone()
+}
+
+#[test]
+fn without_write_nothing_is_written_and_without_moves_allowed_no_process_data() {
+    let all = setup(sheet("complete.eds"));
+    assert_eq!(written(Setup { write: false, moves_allowed: false, ..all.clone() }), []);
+    let process_data = |frame: &Frame| frame.id() == base(0x205) || frame.octets()[2] == 0x21;
+    let parameters = written(Setup { moves_allowed: false, ..all.clone() });
+    assert!(!parameters.is_empty() && !parameters.iter().any(process_data), "{parameters:?}");
+    assert!(written(all).iter().any(process_data));
+}
+
+#[test]
+fn a_judgement_leaves_every_value_as_it_was() {
+    let port: Port<CanopenEvent> = Port::new(BitRate::K500);
+    let device = of_file("complete.eds");
+    let seat = port.bus(|bus, now| bus.add(now, Box::new(StoredNode::new(device, now))));
+    let report = simulated(&port, setup(sheet("complete.eds")), &Row::all(), None).unwrap();
+    assert_eq!(report.outcome(), Outcome::Passed, "{report}");
+    let eds = sheet("complete.eds");
+    let listed = eds
+        .objects
+        .iter()
+        .flat_map(|(index, object)| object.entries.iter().map(move |(sub, entry)| (*index, *sub, entry)));
+    for (index, sub, entry) in
+        listed.filter(|(_, _, entry)| entry.rights.is_writable() && entry.rights.is_readable())
+    {
+        let at = Address::new(index, sub);
+        let held = port.bus(|bus, now| {
+            bus.with(now, seat, |node: &mut StoredNode, now| {
+                node.act(now, |device, _| {
+                    device.application().read(at).map(|value| value.with_octets(<[u8]>::to_vec)).ok()
+                })
+            })
+        });
+        if let Some(Some(held)) = held {
+            assert_eq!(held, entry.octets(node()), "{at}");
+        }
+    }
+}
+
+#[test]
+fn the_page_names_every_row() {
+    let page = include_str!("../../../docs/judge-nodes.md");
+    let mut table = String::new();
+    let mut group = "";
+    for row in Row::all() {
+        if row.group() != group {
+            group = row.group();
+            table += &format!(
+                "\n### {group}\n\n| row | C | what must come | the reference |\n| --- | --- | --- | --- |\n"
+            );
+        }
+        let how = row.unseen().map_or_else(|| row.rule().unwrap().into(), |why| format!("not judged: {why}"));
+        table += &format!("| {} | {:?} | {} | {how} |\n", row.id(), row.confidence(), row.text());
+    }
+    assert!(page.contains(table.trim()), "docs/judge-nodes.md has not:\n{table}");
 }

@@ -103,7 +103,7 @@ fn e01(bench: &mut Bench) -> Course {
     a_heartbeat(bench)?;
     let id = bench.id(cob_id::ERROR_CONTROL);
     let periods: &[(u16, u32)] =
-        if bench.setup.quick { &[(50, 5)] } else { &[(50, 10), (100, 5), (1000, 3)] };
+        if bench.setup.quick { &[(50, 3)] } else { &[(50, 10), (100, 5), (1000, 3)] };
     for (millis, count) in periods {
         set_period(bench, *millis)?;
         let period = Duration::from_millis((*millis).into());
@@ -253,7 +253,7 @@ fn e04(bench: &mut Bench) -> Course {
     if emergencies(bench, id, guard * 5)?.contains(&LIFE_GUARDING) {
         return broken("EMCY 8130h before the first guarding request");
     }
-    for _ in 0..4 {
+    for _ in 0..if bench.setup.quick { 2 } else { 4 } {
         if bench.guard()?.is_none() {
             return broken("a guarding request is not answered while 100Ch and 100Dh are set");
         }
