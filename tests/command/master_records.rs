@@ -102,7 +102,7 @@ fn raise(emulator: &crate::panel::Emulator, data: &str) {
 }
 
 #[test]
-fn v1_r51_v1_r52_alarms_are_shown_and_acknowledged_over_a_terminal() {
+fn alarms_are_shown_and_acknowledged_over_a_terminal() {
     let folder = tempfile::tempdir().unwrap();
     let station = panel_records::station(folder.path());
     let emulator = crate::panel::Emulator::with(&["--link", "pty", "--station", &station]);

@@ -42,6 +42,7 @@ pub enum Group {
     SecondMaster,
     Rates,
     Stop,
+    Acyclic,
 }
 
 impl Group {
@@ -64,6 +65,7 @@ impl Group {
             Self::SecondMaster => "Second master",
             Self::Rates => "Rates",
             Self::Stop => "Stop and power off",
+            Self::Acyclic => "Services of DP-V1",
         }
     }
 }
@@ -438,6 +440,10 @@ rows! {
         "power off at any octet: no part of the telegram is sent later, nothing is sent without a command"
     Z06 "M-Z06" Stop 2 B [Pty]
         "a second start while its slaves still run with the old watchdog works at once"
+    V01 "M-V01" Acyclic 1 B [Pty]
+        "a request at SAP 51 or 50 goes only to a slave in data exchange whose Set_Prm enabled DP-V1"
+    V02 "M-V02" Acyclic 1 B [Pty]
+        "a request at SAP 0 to 51 is one of DP-V1: a function of that SAP, slot 0 to 254, a length that agrees with the data"
 }
 
 impl Row {
@@ -463,6 +469,7 @@ impl Row {
             | Group::SyncFreeze
             | Group::Loss
             | Group::Rates => false,
+            Group::Acyclic => matches!(self, Self::V02),
         }
     }
 

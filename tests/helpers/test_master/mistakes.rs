@@ -136,6 +136,10 @@ mistakes! {
     EmptySd2 ["M-F07"]
     /// Slave_Diag without SSAP.
     NoSsap ["M-F06"]
+    /// A record is read though DP-V1 is not enabled.
+    ReadsRecord ["M-V01", "M-D06", "M-D08", "M-L04"]
+    /// A record is read with a length of 0.
+    ReadsNothing ["M-V02", "M-V01", "M-D06", "M-D08", "M-L04"]
     /// Data_Exchange with SAPs.
     SapsForData ["M-F06", "M-D06", "M-D08", "M-L04"]
     /// A telegram with another source address.

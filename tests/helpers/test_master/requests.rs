@@ -28,6 +28,12 @@ impl TestMaster {
             {
                 (Some(57), self.outputs(turn))
             }
+            State::Exchange
+                if (self.does(Mistake::ReadsRecord) || self.does(Mistake::ReadsNothing))
+                    && self.slaves[turn].turns.is_multiple_of(50) =>
+            {
+                (Some(51), vec![0x5E, 1, 1, u8::from(self.does(Mistake::ReadsRecord))])
+            }
             State::Exchange => (None, self.outputs(turn)),
             State::Diag1 | State::Diag2 => (Some(60), Vec::new()),
             State::Prm if self.reads_cfg(turn) => (Some(59), Vec::new()),

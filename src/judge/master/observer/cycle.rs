@@ -121,6 +121,16 @@ impl Cycle {
         })
     }
 
+    /// The SAP of the slave; `None`: there is none.
+    pub(super) fn dsap(&self) -> Option<u8> {
+        self.saps.0.map(Sap::number)
+    }
+
+    /// The SAP of the master; `None`: there is none.
+    pub(super) fn ssap(&self) -> Option<u8> {
+        self.saps.1.map(Sap::number)
+    }
+
     /// The user data of the request.
     pub(super) fn data(&self) -> &[u8] {
         match decode(&self.octets) {

@@ -25,6 +25,7 @@
 //! | `timing` | rows T and I |
 //! | `measured` | the traffic in figures |
 
+mod acyclic;
 mod asked;
 mod contents;
 mod control;

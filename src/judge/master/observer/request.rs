@@ -75,8 +75,8 @@ impl Observer {
                 Some(dp::Service::GlobalControl) => self.judge_control_service(&cycle),
                 Some(
                     dp::Service::SetSlaveAdd | dp::Service::RdInp | dp::Service::RdOutp | dp::Service::GetCfg,
-                )
-                | None => {}
+                ) => {}
+                None => self.judge_acyclic(&cycle),
             }
         }
         let reads = self.setup.is_class_2() && !retry;

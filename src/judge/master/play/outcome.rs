@@ -48,6 +48,8 @@ const UNSEEN: &[(Row, &str)] = &[
     (Row::O04, "the master sent no Global_Control"),
     (Row::O05, "the master sent no Global_Control"),
     (Row::O08, "the master was not in OPERATE while a station was silent"),
+    (Row::V01, "the master sent no request of DP-V1 to SAP 51 or 50"),
+    (Row::V02, "the master sent no request of DP-V1"),
     (Row::S02, "needs --ask, and a Sync or Freeze that the master sends"),
     (Row::L04, "needs two stations that are present"),
     (
