@@ -134,7 +134,7 @@ const MISTAKES: &[(&str, &[&str], Change)] = &[
                 count.set(count.get() + 1);
                 count.get()
             });
-            if counted % 16 == 0 {
+            if counted.is_multiple_of(16) {
                 inputs[..8].fill(0);
             }
         }

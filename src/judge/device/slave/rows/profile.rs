@@ -173,10 +173,8 @@ const USUAL: [u16; 8] = [918, 930, 947, 952, 961, 963, 964, 965];
 
 /// A reply, in words.
 fn words(reply: Pkw) -> String {
-    match reply.pke.reply() {
-        ReplyId::NotExecutable => format!("'not executable', error {}", reply.pwe_low),
-        other => format!("'{other}'"),
-    }
+    let id = reply.pke.reply();
+    if id == ReplyId::NotExecutable { format!("'{id}', error {}", reply.pwe_low) } else { format!("'{id}'") }
 }
 
 /// A parameter that is no array and can be read, with its reply.
@@ -255,13 +253,14 @@ fn k04(bench: &mut Bench) -> Course {
 /// An array: of what number its elements are; `None`: the drive has no list.
 fn elements(bench: &mut Bench) -> Course<u32> {
     let reply = bench.job(pkw(JobId::ReadElementCount, LIST, 0, 0))?;
-    match reply.pke.reply() {
-        ReplyId::ElementCount => Ok(reply.double_word() & 0xFFFF),
-        ReplyId::NotExecutable if matches!(reply.pwe_low, 0 | 106) => {
-            inapplicable("the drive has no list of parameters (PNU 980)")
-        }
-        _ => broken(format!("the number of elements of PNU 980 is told with {}", words(reply))),
+    let id = reply.pke.reply();
+    if id == ReplyId::ElementCount {
+        return Ok(reply.double_word() & 0xFFFF);
     }
+    if id == ReplyId::NotExecutable && matches!(reply.pwe_low, 0 | 106) {
+        return inapplicable("the drive has no list of parameters (PNU 980)");
+    }
+    broken(format!("the number of elements of PNU 980 is told with {}", words(reply)))
 }
 
 fn k05(bench: &mut Bench) -> Course {
@@ -303,13 +302,13 @@ fn k07(bench: &mut Bench) -> Course {
         }
         // The value that it has: whoever takes it is as before.
         let reply = bench.job(pkw(JobId::WriteWord, pnu, 0, read.word().into()))?;
-        return match reply.pke.reply() {
-            ReplyId::NotExecutable if reply.pwe_low == 1 => Ok(()),
-            // It cannot be told before.
-            ReplyId::NoControlRights => Ok(()),
-            ReplyId::NotExecutable if matches!(reply.pwe_low, 11 | 17) => Ok(()),
-            _ => broken(format!("PNU {pnu} is written with {}, expected error 1", words(reply))),
-        };
+        let id = reply.pke.reply();
+        // Without rights, or in this state, nothing is written either.
+        let is_refused = id == ReplyId::NotExecutable && matches!(reply.pwe_low, 1 | 11 | 17);
+        if is_refused || id == ReplyId::NoControlRights {
+            return Ok(());
+        }
+        return broken(format!("PNU {pnu} is written with {}, expected error 1", words(reply)));
     }
     inapplicable("none of PNU 964, 963, 968, 944 is a word")
 }
