@@ -12,8 +12,9 @@ use crate::judge::device::{Attendant, Ending};
 use crate::judge::moment::{Moment, Side, Telegram, explained};
 use crate::profibus::dp::DiagBit;
 use crate::profibus::dp::{IoLengths, Service};
+use crate::profibus::fdl;
 use crate::profibus::fdl::station::DEFAULT_MIN_TSDR;
-use crate::profibus::fdl::{Address, FrameCount, ReplyStatus, Service as FdlService};
+use crate::profibus::fdl::{Address, FrameCount, ReplyStatus};
 use crate::time::Instant;
 
 mod hands;
@@ -228,7 +229,7 @@ impl Bench {
     /// Global_Control of this master to this address; nobody answers it.
     pub(super) fn control_of(&mut self, sa: u8, da: u8, data: &[u8]) -> Course {
         let mut request = Request::of(da, sa, Service::GlobalControl, FrameCount::Unused, data);
-        request.service = FdlService::SdnHigh;
+        request.service = fdl::Service::SdnHigh;
         let side = self.side(sa);
         self.wire.send(&request.octets(), side)?;
         self.notice_unasked();

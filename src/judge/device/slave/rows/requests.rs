@@ -11,9 +11,9 @@ use crate::judge::device::slave::wire::Sight;
 use crate::judge::moment::{Side, split};
 use crate::judge::requirement::Confidence::U;
 use crate::profibus::dp::{DiagBit, Service};
+use crate::profibus::fdl;
 use crate::profibus::fdl::{
     Address, DataTelegram, FrameCount, FunctionCode, MAX_TELEGRAM_LEN, ReplyStatus, Sap,
-    Service as FdlService,
 };
 
 pub(super) const GROUP: Group<Bench> = Group {
@@ -194,7 +194,7 @@ fn f11(bench: &mut Bench) -> Course {
 /// The same service as SRD low.
 fn low(bench: &mut Bench, service: Service, data: &[u8]) -> Course<Answer> {
     let mut request = bench.request(bench.owner(), service, data);
-    request.service = FdlService::SrdLow;
+    request.service = fdl::Service::SrdLow;
     bench.must_answer(&request)
 }
 
@@ -265,7 +265,7 @@ fn f15(bench: &mut Bench) -> Course {
     let (owner, everybody) = (bench.owner(), Address::BROADCAST.number());
     let srd = Request::of(everybody, owner, Service::SlaveDiag, FrameCount::First, &[]);
     let mut sdn = Request::of(everybody, owner, Service::SlaveDiag, FrameCount::Unused, &[]);
-    sdn.service = FdlService::SdnHigh;
+    sdn.service = fdl::Service::SdnHigh;
     let exchange = Request::of(everybody, owner, Service::DataExchange, FrameCount::First, &bench.zeros());
     let status = Request::status(everybody, owner);
     for (what, request) in [
@@ -324,10 +324,10 @@ fn f17(bench: &mut Bench) -> Course {
 }
 
 fn f19(bench: &mut Bench) -> Course {
-    for service in [FdlService::Ident, FdlService::LsapStatus] {
+    for service in [fdl::Service::Ident, fdl::Service::LsapStatus] {
         let mut request = Request::status(bench.slave(), bench.owner());
         request.service = service;
-        if service == FdlService::LsapStatus {
+        if service == fdl::Service::LsapStatus {
             (request.dsap, request.ssap) = (Some(60), Some(MASTER_SAP));
         }
         let answer = bench.must_answer(&request)?;
@@ -349,7 +349,7 @@ fn f19(bench: &mut Bench) -> Course {
 
 fn f20(bench: &mut Bench) -> Course {
     bench.start()?;
-    for service in [FdlService::SdaLow, FdlService::SdaHigh] {
+    for service in [fdl::Service::SdaLow, fdl::Service::SdaHigh] {
         let mut request = bench.request(bench.owner(), Service::SlaveDiag, &[]);
         request.service = service;
         let answer = bench.ask(&request)?;
