@@ -10,8 +10,9 @@ use profidrive::can_bus::canopen::{Address, NodeId};
 use profidrive::devices::from_eds::{Dictionary, FromEds};
 use profidrive::devices::{CanopenDevice, CanopenEvent, ag03};
 use profidrive::eds::Eds;
-use profidrive::host::can::{Bus, Product, StoredNode};
+use profidrive::host::can::{Bus, CanEndpoint as _, Product, StoredNode};
 use profidrive::host::list::Choices;
+use profidrive::host::{Clock as _, Stop};
 use profidrive::judge::device::node::{Port, Report, Row, Setup, simulated};
 use profidrive::judge::{Outcome, Requirement as _, Verdict};
 use profidrive::time::Instant;
@@ -291,6 +292,22 @@ fn a_judgement_leaves_every_value_as_it_was() {
         if let Some(Some(held)) = held {
             assert_eq!(held, entry.octets(node()), "{at}");
         }
+    }
+}
+
+#[test]
+fn a_heartbeat_is_not_taken_for_an_answer_to_guarding() {
+    for offset in (0..1000).step_by(15) {
+        let mut port: Port<CanopenEvent> = Port::new(BitRate::K500);
+        let device = of_file("servo.dcf");
+        port.bus(|bus, now| bus.add(now, Box::new(StoredNode::new(device, now))));
+        let end = Instant::from_millis(offset);
+        while port.now() < end {
+            port.wait(Some(end.saturating_since(port.now())), &Stop::new().unwrap()).unwrap();
+            port.receive().unwrap();
+        }
+        let report = simulated(&port, setup(sheet("servo.dcf")), &with_needs("N-K02"), None).unwrap();
+        assert_eq!(report.outcome(), Outcome::Passed, "{offset} ms: {report}");
     }
 }
 

@@ -26,6 +26,8 @@ const PATIENCE: Duration = Duration::from_millis(1000);
 const PAUSE: Duration = Duration::from_micros(1200);
 /// Nothing comes if nothing came in this time, and what the link adds.
 const SILENCE: Duration = Duration::from_millis(20);
+/// A heartbeat that is not worth waiting for.
+const SELDOM: Duration = Duration::from_millis(100);
 /// Boot-up after a reset comes within this time.
 const BOOT: Duration = Duration::from_secs(10);
 /// Frames that are shown of one row at most: the last ones.
@@ -319,7 +321,8 @@ impl Bench {
 
     /// Lets the state be seen: by guarding, else by a heartbeat that is set for this row.
     pub(super) fn show_state(&mut self) -> Course {
-        if self.guarded || self.known.heartbeat.is_some() {
+        let seldom = |period: Duration| period > SELDOM && self.setup.write;
+        if self.guarded || self.known.heartbeat.is_some_and(|period| !seldom(period)) {
             return Ok(());
         }
         self.may_write()?;
@@ -429,7 +432,7 @@ impl Bench {
     /// What was written may stay: a row has written it back itself, or a reset has.
     pub(super) fn forget_written(&mut self) {
         self.written.clear();
-        self.known.heartbeat = None;
+        self.known.heartbeat = self.known.own_heartbeat;
     }
 
     fn shown_of(&self, passed: &[Passed]) -> Vec<Telegram> {
@@ -480,8 +483,11 @@ impl Trial for Bench {
             self.nmt(&[0x80, self.node().number()])?;
             self.collect(self.silence())?;
             if self.exchange(read)?.is_some() {
-                self.guarded = self.guard()?.is_some();
-                return self.learn();
+                self.learn()?;
+                self.known.own_heartbeat = self.known.heartbeat;
+                // A heartbeat would be taken for an answer.
+                self.guarded = self.known.heartbeat.is_none() && self.guard()?.is_some();
+                return Ok(());
             }
         }
         Err(Halt::Over(Ending::NoDevice))

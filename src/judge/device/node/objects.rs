@@ -14,6 +14,8 @@ use crate::judge::device::course::{Course, broken};
 pub(super) struct Known {
     /// Its heartbeat, if it has one.
     pub(super) heartbeat: Option<Duration>,
+    /// That of its power-on.
+    pub(super) own_heartbeat: Option<Duration>,
     /// Entries that were looked for.
     looked_for: BTreeMap<Address, bool>,
 }
