@@ -7,8 +7,8 @@ use heapless::Deque;
 use crate::can_bus::cia402::{Command, Controlword, State};
 use crate::face::{DeviceEvent, EventKind};
 
-/// News that wait to be taken; the oldest make room.
-const MAX_NEWS: usize = 16;
+/// News that wait to be taken; the oldest make room. Without `std` nobody takes them.
+const MAX_NEWS: usize = if cfg!(feature = "std") { 16 } else { 1 };
 
 /// So many process data with bit 4 and another target are no master that is about to take bit 4 back.
 const PATIENCE: u8 = 3;
