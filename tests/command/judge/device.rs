@@ -46,6 +46,12 @@ fn a_drive_at_a_terminal_passes_and_the_reports_say_so() {
     let rows = report["rows"].as_array().unwrap();
     assert!(rows.iter().any(|row| row["id"] == "S-D08" && row["verdict"] == "pass"), "{report}");
     assert!(rows.iter().all(|row| row["rule"].is_string()), "{report}");
+    // A serial line without times: no reply is too early on it.
+    let serial = format!("serial:{}", bus.display());
+    let (status, stdout, stderr) =
+        run(&["--slave", "5", "--link", &serial, "--baud", "19200", "--only", "S-T*,S-F01", "--quick"]);
+    assert_eq!(status, Some(0), "{stdout}{stderr}");
+    assert!(stdout.contains("pass       S-T03") && stdout.contains("not_judged S-T01"), "{stdout}");
 }
 
 #[test]

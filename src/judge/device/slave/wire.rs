@@ -258,6 +258,12 @@ impl Wire {
         if octets.is_empty() {
             return Ok(None);
         }
+        // Whole before its request can have been sent: nothing on this line lasts as long as it does on a wire.
+        if self.sight == Sight::Measured && last < self.idle_since {
+            self.sight = Sight::Untimed;
+            self.slot = self.slot.max(UNTIMED_SLOT);
+            at = last;
+        }
         self.idle_since = self.now();
         let moment = Moment { at, end: last, side: Side::Station(self.sender(&octets)), octets };
         self.passed.push(moment.clone());

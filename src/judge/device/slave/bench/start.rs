@@ -171,11 +171,19 @@ impl Bench {
     /// Asks for its FDL status until it answers.
     pub(super) fn look(&mut self) -> Course {
         let begun = self.wire.now();
+        let mut unheard = false;
         loop {
             for probe in self.probes() {
-                if self.ask(&probe)? != Answer::Silence {
-                    return Ok(());
+                if self.ask(&probe)? == Answer::Silence {
+                    unheard = true;
+                    continue;
                 }
+                if unheard {
+                    // A slave that has just come may find earlier probes waiting for it.
+                    self.wire.calm()?;
+                    self.wire.take_unasked();
+                }
+                return Ok(());
             }
             if self.must_end().is_some() || self.wire.now().saturating_since(begun) >= LOOKS {
                 return Err(Halt::Over(self.must_end().unwrap_or(Ending::NoDevice)));
