@@ -437,7 +437,9 @@ impl Judge {
             if self.node.is_some() { rate.check_can() } else { rate.check_profibus() }?;
         }
         if self.baud.len() > 1 && (self.node.is_some() || self.slave.is_some()) {
-            return Err("a device is judged at one rate; give --baud one, and judge it again at the next".into());
+            return Err(
+                "a device is judged at one rate; give --baud one, and judge it again at the next".into()
+            );
         }
         let Some(rates) = self.rates() else { return Ok(()) };
         if rates.len() < self.baud.len() {
