@@ -143,6 +143,18 @@ fn a_start_up_that_takes_its_time_and_commands_for_groups_of_ours_or_of_others_a
 }
 
 #[test]
+fn a_token_for_a_station_that_listens_hides_none_for_another_one() {
+    let mut line = Line::with(&[5]);
+    let joins = Device::new(Config::new(Address::station(6).unwrap()), Instant::ZERO);
+    line.bus.join(line.now, joins).unwrap();
+    line.hear(&[0xDC, 6, 2]);
+    assert_eq!(line.hints(), Vec::<String>::new(), "6 may be a master");
+    line.hear(&[0xDC, 5, 2]);
+    let hints = line.hints();
+    assert!(matches!(&hints[..], [hint] if hint.contains("passes the token to station 5")), "{hints:?}");
+}
+
+#[test]
 fn noise_and_nothing_else_is_said_and_noise_between_telegrams_is_not() {
     let mut line = Line::with(&[5]);
     for octet in 0..30 {

@@ -12,6 +12,7 @@ use core::time::Duration;
 
 use self::start_up::StartUp;
 use crate::devices::ag03::profibus::hint::PAUSE;
+use crate::host::bus::Presence;
 use crate::host::ranges::Ranges;
 use crate::profibus::dp::{self, PrmBit};
 use crate::profibus::fdl::{Address, DataTelegram, Function, Service, Telegram};
@@ -180,21 +181,23 @@ impl Watch {
         due(&mut self.noise_said, now).then_some(LineHint::OnlyNoise { rate })
     }
 
-    /// A telegram. `there`: the stations of ours.
+    /// A telegram. `presence`: of a station of ours; `there`: all of them.
     #[inline]
     pub(super) fn heard(
         &mut self,
         now: Instant,
         telegram: &Telegram<'_>,
-        is_there: impl Fn(Address) -> bool,
+        presence: impl Fn(Address) -> Option<Presence>,
         there: impl FnOnce() -> Addresses,
     ) -> Option<LineHint> {
+        let is_there = |address| presence(address).is_some();
         self.noise = 0;
         let data = match telegram {
             Telegram::Data(data) => data,
             Telegram::Token { da, sa } => {
                 self.has_token = true;
-                let to_slave = is_there(*da) && due(&mut self.token_said, now);
+                // Whose address a station has that is not active yet may be a master.
+                let to_slave = presence(*da) == Some(Presence::Active) && due(&mut self.token_said, now);
                 return to_slave.then_some(LineHint::TokenToSlave { master: *sa, station: *da });
             }
             Telegram::ShortAcknowledge => return None,

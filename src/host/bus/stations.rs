@@ -2,7 +2,7 @@
 
 use super::deadlines::Deadlines;
 use super::event::News;
-use super::hint::{Addresses, LineHint, Watch};
+use super::hint::{Addresses, Watch};
 use super::join::{Joining, Verdict};
 use super::last_request::LastRequest;
 use super::station_errors::StationErrors;
@@ -192,12 +192,10 @@ impl Stations {
         if self.is_searching_after(now, telegram) {
             return;
         }
-        let Self { watch, slots, order, joining, .. } = self;
-        let is_there = |address| slots.get(index(address)).is_some_and(Option::is_some);
+        let Self { watch, slots, order, .. } = self;
+        let presence = |address| Some(slots.get(index(address))?.as_ref()?.presence);
         let there = || Addresses::of(order.iter().copied());
-        // Who has the address of a station that listens before it takes part may be a master.
-        let is_sure = |hint: &LineHint| *joining == 0 || !matches!(hint, LineHint::TokenToSlave { .. });
-        if let Some(hint) = watch.heard(now, telegram, is_there, there).filter(is_sure) {
+        if let Some(hint) = watch.heard(now, telegram, presence, there) {
             self.news.push(BusEvent::Hint(hint));
         }
         if self.joining > 0 {

@@ -1,7 +1,7 @@
 //! What masters ask of the stations of a line beside Data_Exchange: what leads to none, or nowhere.
 
 use super::{LineHint, due};
-use crate::profibus::dp::{ControlBit, PrmBit, Service};
+use crate::profibus::dp::{ControlBit, GlobalControl, Service, SetPrm};
 use crate::profibus::fdl::DataTelegram;
 use crate::time::Instant;
 
@@ -10,9 +10,6 @@ const ONLY_DIAGNOSIS: u8 = 20;
 
 /// Addresses of stations: 0 to 126.
 const STATIONS: usize = 127;
-
-/// Where Group_Ident is in Set_Prm.
-const GROUP_IDENT: usize = 6;
 
 /// What was asked of the stations. In steady exchange each look costs a comparison.
 #[derive(Debug)]
@@ -71,9 +68,9 @@ impl StartUp {
         if service != Service::SetPrm {
             return None;
         }
-        *self.groups.get_mut(place)? = request.data.get(GROUP_IDENT).copied();
-        let station_status = *request.data.first()?;
-        let both = PrmBit::LockReq.is_set(station_status) && PrmBit::UnlockReq.is_set(station_status);
+        let prm = SetPrm::parse(request.data).ok();
+        *self.groups.get_mut(place)? = prm.map(SetPrm::group_ident);
+        let both = prm.is_some_and(|prm| prm.lock_req() && prm.unlock_req());
         (both && due(&mut self.unlock_said, now))
             .then_some(LineHint::LockAndUnlock { master: request.sa, station })
     }
@@ -99,10 +96,11 @@ impl StartUp {
             let hint = LineHint::ControlReserved { master, command };
             return due(&mut self.control_said, now).then_some(hint);
         }
+        let control = GlobalControl::parse(request.data, true)?;
         let mut known = self.groups.iter().flatten().peekable();
         let is_for_nobody =
-            alone && select != 0 && known.peek().is_some() && known.all(|groups| groups & select == 0);
+            alone && known.peek().is_some() && known.all(|groups| !control.addresses(*groups));
         let hint = LineHint::NoSuchGroup { master, groups: select };
-        (is_for_nobody && command != 0 && due(&mut self.group_said, now)).then_some(hint)
+        (is_for_nobody && control.asks_anything() && due(&mut self.group_said, now)).then_some(hint)
     }
 }
