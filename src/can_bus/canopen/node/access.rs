@@ -154,7 +154,7 @@ impl Node {
                 self.write_home(now, at, entry, octets, source, app)?
             }
         };
-        let unit = self.unit(at, app);
+        let unit = unit(Some(entry), at, app);
         self.tell(Event::Written(Change::new(at, Some(entry), octets, unit)));
         Ok(written)
     }
@@ -198,16 +198,8 @@ impl Node {
         octets: &[u8],
         app: &dyn Application,
     ) -> Refusal {
-        Refusal::broken(at, broken, self.entry(at).ok(), octets, self.unit(at, app))
-    }
-
-    /// What a number in an entry counts; empty if nothing is known.
-    fn unit(&self, at: Address, app: &dyn Application) -> &'static str {
-        match self.entry(at).ok().map(|entry| entry.home) {
-            Some(Home::Application) => app.unit(at),
-            Some(Home::Alias(to)) => app.unit(to),
-            Some(Home::Default | Home::Node) | None => "",
-        }
+        let entry = self.entry(at).ok();
+        Refusal::broken(at, broken, entry, octets, unit(entry, at, app))
     }
 
     fn judge(&self, entry: &'static Entry, octets: &[u8]) -> Result<(), Broken> {
@@ -280,5 +272,14 @@ impl Policy {
             (Place::Above, OutOfRange::TooHighTooLow) => Abort::TOO_HIGH,
             (Place::Gap | Place::Inside, OutOfRange::TooHighTooLow) => Abort::RANGE,
         }
+    }
+}
+
+/// What a number in an entry counts; empty if nothing is known.
+fn unit(entry: Option<&Entry>, at: Address, app: &dyn Application) -> &'static str {
+    match entry.map(|entry| entry.home) {
+        Some(Home::Application) => app.unit(at),
+        Some(Home::Alias(to)) => app.unit(to),
+        Some(Home::Default | Home::Node) | None => "",
     }
 }
