@@ -338,7 +338,6 @@ impl Servo {
         let target = self.settings.of(Setting::TargetPosition);
         if let Motion::Position(_) = self.motion
             && self.state == State::OperationEnabled
-            && self.control.has(Controlword::NEW_SET_POINT)
             && let Some(news) = self.targets.kept(self.control, target, at_once)
         {
             self.news.push(news);

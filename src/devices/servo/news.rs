@@ -137,10 +137,13 @@ impl Targets {
         *self = Self { taken: Some(target), missed: 0 };
     }
 
-    /// A control word keeps bit 4 while 607Ah is `target`. Told once until a target is taken. `at_once`: the word came
+    /// A control word came while 607Ah is `target`: whether it keeps bit 4 beside another target. Told once until one is taken. `at_once`: the word came
     /// alone, by SDO, and not with every process data.
     pub(crate) fn kept<F>(&mut self, word: Controlword, target: i64, at_once: bool) -> Option<News<F>> {
-        if self.taken.is_none_or(|taken| taken == target) || self.missed >= PATIENCE {
+        if !word.has(Controlword::NEW_SET_POINT)
+            || self.taken.is_none_or(|taken| taken == target)
+            || self.missed >= PATIENCE
+        {
             return None;
         }
         self.missed = if at_once { PATIENCE } else { self.missed.saturating_add(1) };

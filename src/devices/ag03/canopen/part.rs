@@ -276,7 +276,6 @@ impl Part {
         let (word, target) = (self.word, self.target);
         if self.state == State::OperationEnabled
             && self.mode == Mode::Positioning
-            && word.has(CwBit::NewSetpoint)
             && self.targets.kept::<Infallible>(Controlword(word.0), target.into(), at_once).is_some()
         {
             self.events.push(Event::TargetNotTaken { word: word.0, target });
