@@ -45,6 +45,14 @@ pub(super) struct Entry<P: 'static> {
     pub(super) by: By<P>,
 }
 
+impl<P> Entry<P> {
+    /// The same row, of this priority and as sure as this.
+    pub(super) const fn rated(self, priority: u8, confidence: Confidence) -> Self {
+        let Self { id, text, rule, needs, by, .. } = self;
+        Self { id, priority, confidence, text, rule, needs, by }
+    }
+}
+
 /// How a row is judged.
 pub(super) enum By<P: 'static> {
     /// By what this function sends and hears.

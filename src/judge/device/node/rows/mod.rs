@@ -53,6 +53,6 @@ const fn row(
 
 /// The same row, as sure as this.
 const fn sure(entry: Entry<Bench>, confidence: Confidence) -> Entry<Bench> {
-    let Entry { id, priority, text, rule, needs, by, .. } = entry;
-    Entry { id, priority, confidence, text, rule, needs, by }
+    let priority = entry.priority;
+    entry.rated(priority, confidence)
 }

@@ -54,6 +54,5 @@ const fn row(
 
 /// The same row, expected but not mandatory, as sure as this.
 const fn softer(entry: Entry<Bench>, priority: u8, confidence: Confidence) -> Entry<Bench> {
-    let Entry { id, text, rule, needs, by, .. } = entry;
-    Entry { id, priority, confidence, text, rule, needs, by }
+    entry.rated(priority, confidence)
 }
