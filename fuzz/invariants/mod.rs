@@ -6,6 +6,9 @@ pub(crate) mod ag03_node;
 #[path = "../../tests/helpers/canopen_device/mod.rs"]
 pub(crate) mod canopen_device;
 pub(crate) mod canopen_node;
+#[cfg(feature = "capture")]
+pub(crate) mod capture;
+pub(crate) mod clients;
 #[cfg(feature = "std")]
 pub(crate) mod decode_cli;
 pub(crate) mod dpv1;
@@ -17,9 +20,13 @@ pub(crate) mod eeprom_image;
 pub(crate) mod framer;
 #[cfg(feature = "std")]
 pub(crate) mod gsd;
+#[cfg(feature = "std")]
+pub(crate) mod observer;
 pub(crate) mod pkw_ops;
 #[cfg(feature = "parameters")]
 pub(crate) mod ppo_drive;
+#[cfg(feature = "std")]
+pub(crate) mod products;
 pub(crate) mod sdo_server;
 pub(crate) mod slave_ops;
 pub(crate) mod slcan;

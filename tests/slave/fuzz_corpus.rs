@@ -22,6 +22,13 @@ fn every_input_of_every_corpus_keeps_the_invariants() {
         #[cfg(feature = "parameters")]
         ("ppo_drive", invariants::ppo_drive::check),
         ("dpv1", invariants::dpv1::check),
+        #[cfg(feature = "capture")]
+        ("capture", invariants::capture::check),
+        #[cfg(feature = "std")]
+        ("observer", invariants::observer::check),
+        #[cfg(feature = "std")]
+        ("products", invariants::products::check),
+        ("clients", invariants::clients::check),
         ("telegram", invariants::telegram::check),
         ("framer", invariants::framer::check),
         ("slave_ops", invariants::slave_ops::check),

@@ -164,7 +164,7 @@ impl<R: Read> Reader<R> {
     ///
     /// # Errors
     /// As [`Reader::new`].
-    pub(crate) fn of_any(source: R) -> Result<Self, ReadError> {
+    pub fn of_any(source: R) -> Result<Self, ReadError> {
         Self::of_kind(source, None)
     }
 
