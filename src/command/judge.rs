@@ -5,7 +5,10 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
+use crate::can_bus::can::BitRate;
 use crate::gsd::{MasterGsd, Policy, Station};
+use crate::host::can::{CanEndpoint, CanTap};
+use crate::host::capture::can::CanInterface;
 use crate::host::capture::{Capture, Interface};
 use crate::host::link::tap::{Batch, Tap};
 use crate::host::{Link, Received, Stop, SystemClock};
@@ -181,6 +184,28 @@ fn captured(
     let mut capture = Some(capture);
     Ok(Box::new(Tap::new(link, clock, move |batch: &Batch| {
         if let Some(Err(error)) = capture.as_mut().map(|capture| capture.write(batch)) {
+            warn!("the capture ends here: {error}");
+            capture = None;
+        }
+    })))
+}
+
+/// The bus of a node, written to a capture if one is wanted.
+fn captured_can(
+    args: &args::Judge,
+    endpoint: Box<dyn CanEndpoint>,
+    name: &str,
+    rate: BitRate,
+    clock: SystemClock,
+) -> Result<Box<dyn CanEndpoint>, Failure> {
+    let Some(file) = &args.capture else {
+        return Ok(endpoint);
+    };
+    let bus = CanInterface { name, description: "CANopen node of a judgement", rate };
+    let capture = Capture::create_can(file, &bus, &clock).map_err(|error| Failure::from_error(&error))?;
+    let mut capture = Some(capture);
+    Ok(Box::new(CanTap::new(endpoint, clock, move |at, direction, frame| {
+        if let Some(Err(error)) = capture.as_mut().map(|capture| capture.write_frame(at, direction, frame)) {
             warn!("the capture ends here: {error}");
             capture = None;
         }

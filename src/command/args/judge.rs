@@ -56,7 +56,7 @@ pub(crate) struct Judge {
     /// Judges the CANopen node of this number: ID[,eds=FILE], with a link of a CAN bus. It is only read unless --write is given
     #[arg(long, value_name = "SPEC", group = "device", conflicts_with_all = ["capture_file", "class", "stations", "line",
         "master_gsd", "watchdog", "retries", "hsa", "gap_factor", "ttr", "min_interval", "auto_clear", "soak", "scenarios",
-        "slave", "slot", "master", "capture"])]
+        "slave", "slot", "master"])]
     pub(crate) node: Option<JudgedNode>,
 
     /// Of a node: its objects are written, and written back: communication parameters, and values that no PDO carries
@@ -169,7 +169,7 @@ pub(crate) struct Judge {
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) scenarios: Vec<PathBuf>,
 
-    /// Write all telegrams to a capture
+    /// Write all telegrams, of a node all frames, to a capture
     #[arg(long, value_name = "FILE.pcapng")]
     pub(crate) capture: Option<PathBuf>,
 

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::process::ExitCode;
 
 use super::device::attendant;
-use super::{create_reports, finish, say, stop};
+use super::{captured_can, create_reports, finish, say, stop};
 use crate::can_bus::can::BitRate;
 use crate::command::Failure;
 use crate::command::args::{self, CanPlace, JudgedNode, rows_of};
@@ -36,8 +36,11 @@ pub(super) fn node(args: &args::Judge, judged: &JudgedNode) -> Result<ExitCode, 
     };
     create_reports(args)?;
     let stop = stop(args)?;
-    let Some(endpoint) = open(args, judged, &stop)? else { return Ok(ExitCode::from(NO_DEVICE)) };
-    let bus = Live { endpoint, clock: Box::new(SystemClock::new()), stop };
+    let rate = args.baud.first().and_then(|baud| baud.can()).unwrap_or(BitRate::K500);
+    let Some(endpoint) = open(args, judged, rate, &stop)? else { return Ok(ExitCode::from(NO_DEVICE)) };
+    let clock = SystemClock::new();
+    let endpoint = captured_can(args, endpoint, args.link.text(), rate, clock)?;
+    let bus = Live { endpoint, clock: Box::new(clock), stop };
     let attendant = args.ask.as_deref().map(attendant);
     let report = live(setup, &rows_of(&args.only), bus, attendant, &mut say);
     finish(args, report, &format!("CANopen node {}", judged.node))
@@ -48,9 +51,9 @@ pub(super) fn node(args: &args::Judge, judged: &JudgedNode) -> Result<ExitCode, 
 fn open(
     args: &args::Judge,
     judged: &JudgedNode,
+    rate: BitRate,
     stop: &Stop,
 ) -> Result<Option<Box<dyn CanEndpoint>>, Failure> {
-    let rate = args.baud.first().and_then(|baud| baud.can()).unwrap_or(BitRate::K500);
     let place = match args.link.of_node().map_err(Failure::Usage)? {
         spec @ LinkSpec::Pty(_) => {
             let failed = |error| Failure::from_error(&error);

@@ -189,6 +189,11 @@ impl<E: 'static> Bus<E> {
         self.seats.get_mut(seat.0)?.as_mut()?.poll_heard()
     }
 
+    /// Whether there is one.
+    pub(crate) fn has_heard(&self, seat: Seat) -> bool {
+        self.occupant(seat).is_some_and(Occupant::has_heard)
+    }
+
     /// What happened to a port since this was asked before.
     pub(crate) fn take_notes(&mut self, seat: Seat) -> Notes {
         let occupant = self.seats.get_mut(seat.0).and_then(Option::as_mut);

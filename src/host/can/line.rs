@@ -83,6 +83,8 @@ pub struct Line<E> {
     bus: Bus<E>,
     masters: Masters,
     clock: SystemClock,
+    /// The port of a master of this process: what it has heard it takes before the loop sleeps.
+    own: Option<Seat>,
 }
 
 /// How masters reach the bus.
@@ -122,7 +124,7 @@ impl<E: 'static> Line<E> {
                 return Err(Error::Link { source: std::io::ErrorKind::Unsupported.into() });
             }
         };
-        Ok(Self { bus, masters: Masters::Adapters(adapters), clock })
+        Ok(Self { bus, masters: Masters::Adapters(adapters), clock, own: None })
     }
 
     /// A bus without stations that goes on behind `endpoint`: masters and other nodes are there. `rate` is what the bus
@@ -131,7 +133,7 @@ impl<E: 'static> Line<E> {
         let clock = SystemClock::new();
         let mut bus = Bus::new(rate);
         let outside = Interface::new(endpoint, name, &mut bus, clock.now());
-        Self { bus, masters: Masters::Outside(outside), clock }
+        Self { bus, masters: Masters::Outside(outside), clock, own: None }
     }
 
     /// What a master opens: the path of a terminal, or `slcan-tcp:HOST:PORT` with the port that was found; of a bus that
@@ -156,6 +158,13 @@ impl<E: 'static> Line<E> {
     /// The bus, to change it while the loop does not run. Its time is that of [`Line::clock`].
     pub const fn bus_mut(&mut self) -> &mut Bus<E> {
         &mut self.bus
+    }
+
+    /// Puts a port on the bus for a master of this process.
+    pub(super) fn connect_own(&mut self) -> Seat {
+        let seat = self.bus.connect(self.clock.now());
+        self.own = Some(seat);
+        seat
     }
 
     /// The time of the bus.
@@ -236,7 +245,8 @@ impl<E: 'static> Line<E> {
             Masters::Adapters(adapters) => adapters.write(&mut self.bus, now).map_err(failed)?,
             Masters::Outside(outside) => outside.write(&mut self.bus).map_err(failed)?,
         }
-        if more || stay == Stay::Awake {
+        let has_heard = self.own.is_some_and(|seat| self.bus.has_heard(seat));
+        if more || stay == Stay::Awake || has_heard {
             return Ok(());
         }
         let now = self.clock.now();

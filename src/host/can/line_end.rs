@@ -9,11 +9,16 @@ use crate::can_bus::can::slcan::Channel;
 use crate::can_bus::can::{BitRate, Frame};
 use crate::host::{Clock, Error, Reach, Stop, SystemClock};
 
+/// How long a full bus is left alone.
+const FULL: Duration = Duration::from_micros(200);
+
 /// A bus with adapters, and a port of it.
 pub(crate) struct LineEnd {
     line: Line<()>,
     seat: Seat,
     clock: SystemClock,
+    /// Nobody requests this one.
+    stop: Stop,
 }
 
 impl LineEnd {
@@ -24,8 +29,9 @@ impl LineEnd {
     pub(crate) fn open(spec: &LinkSpec, rate: BitRate, reach: Reach) -> Result<Self, Error> {
         let mut line = Line::open(spec, rate, reach)?;
         let clock = line.clock();
-        let seat = line.bus_mut().connect(clock.now());
-        Ok(Self { line, seat, clock })
+        let seat = line.connect_own();
+        let stop = Stop::new().map_err(|source| Error::Link { source })?;
+        Ok(Self { line, seat, clock, stop })
     }
 
     /// What the others open.
@@ -52,6 +58,12 @@ impl LineEnd {
 
 impl CanEndpoint for LineEnd {
     fn send(&mut self, frame: &Frame) -> io::Result<()> {
+        // Each frame has its time on the bus.
+        while !self.line.bus().has_room(self.seat) {
+            let turned = self.line.turn_until(Stay::Awake, None, &self.stop, &mut |_| {});
+            turned.map_err(|error| io::Error::other(error.to_string()))?;
+            std::thread::sleep(FULL);
+        }
         let bus = self.line.bus_mut();
         bus.send(self.clock.now(), self.seat, *frame).map_err(|_full| io::ErrorKind::WouldBlock.into())
     }

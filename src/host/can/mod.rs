@@ -21,6 +21,7 @@
 //! | [`endpoint`](CanEndpoint) | the bus from a master's end |
 //! | `adapters` | pseudo-terminal and TCP port |
 //! | `interface` | a bus that goes on behind an adapter or an interface of Linux |
+//! | `tap` | shows what passes at an endpoint |
 //! | `socket` | CAN interfaces of Linux (feature `socketcan`) |
 //!
 //! A node that answers, in virtual time:
@@ -60,6 +61,7 @@ mod participant;
 mod product;
 #[cfg(all(target_os = "linux", feature = "socketcan"))]
 mod socket;
+mod tap;
 
 pub use bus::{Bus, Event, Seat};
 pub use endpoint::{CanEndpoint, SlcanEndpoint};
@@ -77,3 +79,4 @@ pub use participant::CanParticipant;
 pub use product::Product;
 #[cfg(all(target_os = "linux", feature = "socketcan"))]
 pub use socket::SocketCanEndpoint;
+pub(crate) use tap::CanTap;

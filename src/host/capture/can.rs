@@ -69,18 +69,34 @@ impl Capture {
     /// # Errors
     /// As [`Capture::write`].
     pub(crate) fn write_can<E>(&mut self, event: &Event<E>) -> io::Result<()> {
-        let (at, direction, octets, comment) = match event {
+        match event {
             Event::Passed { at, by_port, frame, .. } => {
                 let direction = if *by_port { Direction::Heard } else { Direction::Sent };
-                (*at, direction, octets(frame), None)
+                self.write_frame(*at, direction, frame)
             }
             Event::Damaged { at, frame, damage, .. } => {
-                (*at, Direction::Heard, error_octets(*damage), Some(format!("{damage}: {frame}")))
+                let comment = Some(format!("{damage}: {frame}"));
+                self.write_octets(*at, Direction::Heard, error_octets(*damage), comment)
             }
-            Event::Participant { .. } | Event::State { .. } | Event::Tuned(_) | Event::Lost { .. } => {
-                return Ok(());
-            }
-        };
+            Event::Participant { .. } | Event::State { .. } | Event::Tuned(_) | Event::Lost { .. } => Ok(()),
+        }
+    }
+
+    /// Appends a frame. When this returns, the operating system has it.
+    ///
+    /// # Errors
+    /// As [`Capture::write`].
+    pub(crate) fn write_frame(&mut self, at: Instant, direction: Direction, frame: &Frame) -> io::Result<()> {
+        self.write_octets(at, direction, octets(frame), None)
+    }
+
+    fn write_octets(
+        &mut self,
+        at: Instant,
+        direction: Direction,
+        octets: [u8; LENGTH],
+        comment: Option<String>,
+    ) -> io::Result<()> {
         let mut options = vec![EnhancedPacketOption::Flags(flags(direction))];
         let comments = comment.into_iter().chain(self.remarks.drain(..));
         options.extend(comments.map(|comment| EnhancedPacketOption::Comment(Cow::Owned(comment))));

@@ -2,6 +2,9 @@
 
 use std::process::{Child, Command, Stdio};
 
+use profidrive::host::capture::{can, read_can};
+use profidrive::host::link::tap::Direction;
+
 use super::{run, start};
 use crate::process::end_of;
 
@@ -18,6 +21,11 @@ impl Drop for Killed {
 }
 
 fn emulate(link: &str) -> Killed {
+    emulated(link).0
+}
+
+/// An emulator, and its line of readiness.
+fn emulated(link: &str) -> (Killed, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_profidrive"));
     command.args(["emulate", "--quiet", "--node", &format!("5,eds={EDS}"), "--link", link]);
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
@@ -25,7 +33,7 @@ fn emulate(link: &str) -> Killed {
     let stdout = child.stdout.take().unwrap();
     std::io::BufRead::read_line(&mut std::io::BufReader::new(stdout), &mut ready).unwrap();
     assert!(ready.starts_with("ready "), "{ready}");
-    Killed(child)
+    (Killed(child), ready)
 }
 
 #[test]
@@ -59,10 +67,37 @@ fn the_adapter_is_the_judges_for_a_node_that_is_a_program() {
     let bus = folder.path().join("can0");
     let link = format!("slcan-pty:{}", bus.display());
     let (mut judge, ready, _out) =
-        start(&["--node", &format!("5,eds={EDS}"), "--link", &link, "--only", "N-R04,N-O08"]);
+        start(&["--node", &format!("5,eds={EDS}"), "--link", &link, "--only", "N-R04,N-O08,N-O15,N-O20"]);
     assert_eq!(ready, format!("ready link={} node=5\n", bus.display()));
     let _emulator = emulate(&format!("slcan-tty:{}", bus.display()));
     assert_eq!(end_of(&mut judge).code(), Some(0));
+}
+
+#[test]
+fn a_node_behind_a_port_is_judged_and_a_capture_has_every_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_emulator, ready) = emulated("slcan-tcp:127.0.0.1:0");
+    let link = ready.split_whitespace().find_map(|part| part.strip_prefix("link=")).unwrap();
+    let file = folder.path().join("node.pcapng");
+    let (status, out, error) = run(&[
+        "--node",
+        &format!("5,eds={EDS}"),
+        "--link",
+        link,
+        "--only",
+        "N-O01",
+        "--capture",
+        file.to_str().unwrap(),
+    ]);
+    assert_eq!(status, Some(0), "{out}{error}");
+    let packets: Vec<_> = read_can(&file).unwrap().map(Result::unwrap).collect();
+    let sent = |id, direction| {
+        let of_it = |octets: &[u8]| can::frame(octets).is_some_and(|frame| frame.id().number() == id);
+        packets.iter().filter(|packet| of_it(&packet.octets) && packet.direction == Some(direction)).count()
+    };
+    let requests = sent(0x605, Direction::Sent);
+    assert!(requests > 5, "{requests} requests");
+    assert_eq!(sent(0x585, Direction::Heard), requests);
 }
 
 #[test]

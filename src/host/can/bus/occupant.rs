@@ -154,6 +154,10 @@ impl<E: 'static> Occupant<E> {
         }
     }
 
+    pub(super) fn has_heard(&self) -> bool {
+        matches!(&self.station, Station::Port { heard, .. } if !heard.is_empty())
+    }
+
     /// Takes a frame of another station.
     pub(super) fn handle_frame(&mut self, now: Instant, frame: &Frame) {
         match &mut self.station {
