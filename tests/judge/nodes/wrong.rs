@@ -21,7 +21,7 @@ pub(crate) struct Mind {
     pub(crate) state: u8,
     /// The last SDO request.
     pub(crate) sdo: [u8; 8],
-    /// When it sent something last.
+    /// When it answered an SDO last.
     pub(crate) said_at: Instant,
     /// Frames to send besides.
     pub(crate) inject: Vec<Frame>,
@@ -30,6 +30,12 @@ pub(crate) struct Mind {
     pub(crate) count: u32,
     pub(crate) flag: bool,
     pub(crate) reset: u8,
+    /// The mode of operation that was written last.
+    pub(crate) mode: u8,
+    /// The drive was enabled: before that its objects are judged as such.
+    pub(crate) was_enabled: bool,
+    /// A set-point in an RPDO, and that of the last SYNC.
+    pub(crate) set_point: [i32; 2],
 }
 
 impl Mind {
@@ -77,6 +83,10 @@ impl Mind {
             }
             (0x605, octets) if octets.len() == 8 && !frame.id().is_extended() => {
                 self.sdo.copy_from_slice(octets);
+                self.was_enabled |= self.writes(0x6040, 0) && self.sdo[..6] == [0x2B, 0x40, 0x60, 0, 0x0F, 0];
+                if self.writes(0x6060, 0) {
+                    self.mode = self.sdo[4];
+                }
             }
             _ => {}
         }
@@ -182,8 +192,11 @@ impl CanParticipant for Wrong {
     fn poll_transmit(&mut self, now: Instant) -> Option<Frame> {
         self.collect(now);
         let place = self.out.iter().position(|(due, _)| *due <= now)?;
-        self.mind.said_at = now;
-        self.out.remove(place).map(|(_, frame)| frame)
+        let frame = self.out.remove(place).map(|(_, frame)| frame)?;
+        if answered(&frame).is_some() {
+            self.mind.said_at = now;
+        }
+        Some(frame)
     }
 
     fn poll_event(&mut self) -> Option<CanopenEvent> {

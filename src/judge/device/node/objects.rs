@@ -4,6 +4,7 @@ use core::time::Duration;
 use std::collections::BTreeMap;
 
 use super::Bench;
+use crate::can_bus::can::Id;
 use crate::can_bus::canopen::value::{DataType, ValueKind};
 use crate::can_bus::canopen::{Abort, Address};
 use crate::eds::{Entry, Limit};
@@ -16,6 +17,10 @@ pub(super) struct Known {
     pub(super) heartbeat: Option<Duration>,
     /// That of its power-on.
     pub(super) own_heartbeat: Option<Duration>,
+    /// No boot-up came after a reset.
+    pub(super) boots_silently: bool,
+    /// The identifier of SYNC, as it is without the rows.
+    pub(super) sync: Option<Id>,
     /// Entries that were looked for.
     looked_for: BTreeMap<Address, bool>,
 }

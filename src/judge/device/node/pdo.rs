@@ -65,6 +65,11 @@ impl Pdo {
         whole.then(|| self.entries.iter().map(place).collect())
     }
 
+    /// The same with one entry alone.
+    pub(super) fn of(self, entry: u32) -> Self {
+        Self { entries: vec![entry], ..self }
+    }
+
     /// The identifier of the predefined connection set; `None`: there is none for it.
     fn predefined(&self, node: u8) -> Option<u32> {
         let base = match self.way {
@@ -135,19 +140,24 @@ impl Bench {
                 && listed.size().is_some_and(|size| size <= 8)
         };
         let listed: Vec<Listed> = self.listed().into_iter().filter(fits).take(FEW).collect();
-        self.switch_off(pdo)?;
         for Listed { at, entry } in listed {
             let bits = u8::try_from(entry.data.octets().unwrap_or_default() * 8).unwrap_or_default();
             let [low, high] = at.index.0.to_le_bytes();
-            let octets = [bits, at.sub.0, low, high];
-            if self.try_set(pdo.mapping(), 1, &octets)?.is_ok()
-                && self.try_set(pdo.mapping(), 0, &[1])?.is_ok()
-            {
-                pdo.entries = vec![u32::from_le_bytes(octets)];
+            let entry = u32::from_le_bytes([bits, at.sub.0, low, high]);
+            if self.maps(pdo, entry)? {
+                pdo.entries = vec![entry];
                 return Ok(true);
             }
         }
         Ok(false)
+    }
+
+    /// Has a PDO, which is off then, map one entry alone: whether the node takes that.
+    pub(super) fn maps(&mut self, pdo: &Pdo, entry: u32) -> Course<bool> {
+        self.switch_off(pdo)?;
+        Ok(self.try_set(pdo.mapping(), 0, &[0])?.is_ok()
+            && self.try_set(pdo.mapping(), 1, &entry.to_le_bytes())?.is_ok()
+            && self.try_set(pdo.mapping(), 0, &[1])?.is_ok())
     }
 
     /// The identifier of a PDO as its object has it.
@@ -226,10 +236,17 @@ impl Bench {
 
     /// The identifier of SYNC.
     pub(super) fn sync_id(&mut self) -> Course<Id> {
+        let is_own = !self.is_written(Address::new(0x1005, 0));
+        if let Some(id) = self.known.sync.filter(|_| is_own) {
+            return Ok(id);
+        }
         let number = self.number_if(0x1005, 0)?.unwrap_or(0x80);
         let cob_id = CobId(u32::try_from(number).unwrap_or(0x80) & !CobId::INVALID);
         match cob_id.id() {
-            Some(id) => Ok(id),
+            Some(id) => {
+                self.known.sync = is_own.then_some(id);
+                Ok(id)
+            }
             None => inapplicable("1005h has no identifier"),
         }
     }

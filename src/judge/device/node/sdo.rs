@@ -188,7 +188,13 @@ impl Bench {
         self.send(self.id(cob_id::SDO_CLIENT), &[0xA3, 0, 0, 0, 0, 0, 0, 0])?;
         let mut octets = Vec::new();
         loop {
-            let (taken, last) = self.block(size, &mut octets, &what)?;
+            let before = octets.len();
+            self.wire.awaits(size);
+            let (mut taken, mut last) = self.block(size, &mut octets, &what)?;
+            if core::mem::take(&mut self.lose_segment) && taken > 1 {
+                octets.truncate(before + SEGMENT_LEN);
+                (taken, last) = (1, false);
+            }
             if octets.len() > LONGEST {
                 return broken(format!("{what} does not end"));
             }
@@ -264,7 +270,11 @@ impl Bench {
         let mut rest = segments.as_slice();
         while !rest.is_empty() {
             let (block, behind) = rest.split_at(rest.len().min(size.into()));
+            let is_lost = core::mem::take(&mut self.lose_segment) && block.len() > 2;
             for (number, chunk) in (1_u8..).zip(block) {
+                if is_lost && number == 2 {
+                    continue;
+                }
                 let is_last = behind.is_empty() && usize::from(number) == block.len();
                 let mut segment = [0; 8];
                 for (to, octet) in
@@ -280,8 +290,19 @@ impl Bench {
                 return broken(format!("a block of {what} is not answered"));
             };
             match taken.frame.octets() {
-                [0xA2, taken, next, ..] if usize::from(*taken) == block.len() => size = *next,
+                [0xA2, 1, next, ..] if is_lost => {
+                    size = *next;
+                    rest = rest.get(1..).unwrap_or_default();
+                    continue;
+                }
+                [0xA2, taken, next, ..] if !is_lost && usize::from(*taken) == block.len() => size = *next,
                 [0x80, _, _, _, d, e, f, g] => return Ok(Some(Err(u32::from_le_bytes([*d, *e, *f, *g])))),
+                _other if is_lost => {
+                    return broken(format!(
+                        "a block whose segment 2 is lost is answered with {}",
+                        taken.frame
+                    ));
+                }
                 _other => return broken(format!("a block of {what} is answered with {}", taken.frame)),
             }
             rest = behind;

@@ -20,6 +20,8 @@ pub(super) struct Passed {
 
 /// A device that sends so many frames in a second that nobody asked for has no other end.
 const MOST_UNASKED: u32 = 1500;
+/// So many frames may answer one.
+const EACH_ASKS: u32 = 4;
 /// Frames that are kept to be shown at most.
 const KEPT: usize = 256;
 
@@ -92,6 +94,11 @@ impl Wire {
         }
     }
 
+    /// So many frames were asked for by one: the segments of a block.
+    pub(super) fn awaits(&mut self, frames: u8) {
+        self.second.2 += u32::from(frames).div_ceil(EACH_ASKS);
+    }
+
     fn keep(&mut self, passed: Passed) {
         if self.passed.len() >= 2 * KEPT {
             self.passed.drain(..KEPT);
@@ -105,7 +112,7 @@ impl Wire {
             (*since, *heard, *sent) = (now, 0, 0);
         }
         *heard += 1;
-        if *heard > MOST_UNASKED + 4 * *sent {
+        if *heard > MOST_UNASKED + EACH_ASKS * *sent {
             return Err(Halt::Over(Ending::Babbles { during: "" }));
         }
         Ok(())

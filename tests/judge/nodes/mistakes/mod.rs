@@ -14,11 +14,21 @@ pub(crate) use drives::{of_drives, that_end};
 use super::wrong::{Hook, Mind, answer, answered, base, data, write};
 
 pub(crate) struct Mistake {
+    /// The row that must find it.
     pub(crate) row: &'static str,
+    /// Others that it breaks, too, and why.
+    pub(crate) also: &'static [(&'static str, &'static str)],
     pub(crate) what: &'static str,
     pub(crate) hear: Hook,
     pub(crate) say: Hook,
     pub(crate) every: Option<Duration>,
+}
+
+impl Mistake {
+    /// It breaks other rows, too, each for a reason.
+    fn also(self, also: &'static [(&'static str, &'static str)]) -> Self {
+        Self { also, ..self }
+    }
 }
 
 fn same(_: &mut Mind, frame: Frame) -> Vec<Frame> {
@@ -31,7 +41,7 @@ fn hears(
     what: &'static str,
     hear: impl FnMut(&mut Mind, Frame) -> Vec<Frame> + Send + 'static,
 ) -> Mistake {
-    Mistake { row, what, hear: Box::new(hear), say: Box::new(same), every: None }
+    Mistake { row, also: &[], what, hear: Box::new(hear), say: Box::new(same), every: None }
 }
 
 /// It says something else than is right.
@@ -40,7 +50,7 @@ fn says(
     what: &'static str,
     say: impl FnMut(&mut Mind, Frame) -> Vec<Frame> + Send + 'static,
 ) -> Mistake {
-    Mistake { row, what, hear: Box::new(same), say: Box::new(say), every: None }
+    Mistake { row, also: &[], what, hear: Box::new(same), say: Box::new(say), every: None }
 }
 
 /// Another answer to a read of this entry.
@@ -83,6 +93,33 @@ fn signed_for_nothing(row: &'static str, what: &'static str, index: u16, signatu
             return vec![];
         }
         vec![frame]
+    })
+}
+
+/// A number is taken for another one.
+fn taken_for(row: &'static str, what: &'static str, (index, sub): (u16, u8), from: i32, to: i32) -> Mistake {
+    hears(row, what, move |mind, frame| {
+        let is_it = is_sdo(&frame) && mind.writes(index, sub) && mind.sdo[0] & 1 == 1;
+        let len = 4 - usize::from(mind.sdo[0] >> 2 & 3);
+        let hit = is_it && mind.sdo[4..4 + len] == from.to_le_bytes()[..len];
+        vec![if hit { write(index, sub, &to.to_le_bytes()[..len]) } else { frame }]
+    })
+}
+
+/// A refusal of this entry with one of these codes becomes an acknowledgement.
+fn takes_in_spite_of(
+    row: &'static str,
+    what: &'static str,
+    (index, sub): (u16, u8),
+    codes: &'static [u32],
+) -> Mistake {
+    says(row, what, move |mind, frame| match answered(&frame) {
+        Some([0x80, a, b, c, d, e, f, g])
+            if mind.writes(index, sub) && codes.contains(&u32::from_le_bytes([d, e, f, g])) =>
+        {
+            vec![answer([0x60, a, b, c, 0, 0, 0, 0])]
+        }
+        _ => vec![frame],
     })
 }
 
@@ -152,6 +189,7 @@ pub(crate) fn of_nodes() -> Vec<Mistake> {
         objects::objects(),
         objects::error_control(),
         process_data::process_data(),
+        process_data::counter(),
         process_data::storage(),
     ]
     .into_iter()

@@ -40,10 +40,20 @@ pub(super) const GROUP: Group<Bench> = Group {
         ),
         row(
             "N-Y12",
-            "SYNC on a moved identifier acts, the old one does not; data in a SYNC do not matter",
-            "SYNC 1005h; a slave takes DLC 0 and ignores the data of longer ones (7)",
+            "SYNC on a moved identifier acts, the old one does not",
+            "SYNC 1005h; SYNC on a moved identifier (7, 14)",
             &["N-Y02"],
             By::Trial(y12),
+        ),
+        sure(
+            row(
+                "N-Y54",
+                "an octet in a SYNC does not matter without 1019h",
+                "a slave takes DLC 0 and ignores the data of longer ones (7); CiA 301 allows EMCY 8240h, and some devices ignore it",
+                &["N-Y02"],
+                By::Trial(y54),
+            ),
+            U,
         ),
         sure(
             row(
@@ -76,7 +86,7 @@ pub(super) const GROUP: Group<Bench> = Group {
             "N-Y45",
             "a reset of the communication takes PDO parameters back",
             "82h: objects 1000h..1FFFh to power-on values (3)",
-            &["N-Y02"],
+            &["N-K06", "N-Y02"],
             By::Trial(y45),
         ),
     ],
@@ -134,16 +144,24 @@ fn y47(bench: &mut Bench) -> Course {
     Ok(())
 }
 
-fn y12(bench: &mut Bench) -> Course {
+fn y54(bench: &mut Bench) -> Course {
+    if bench.number_if(0x1019, 0)?.is_some_and(|highest| highest != 0) {
+        return inapplicable("1019h is not 0: its SYNC has a counter");
+    }
     let (_, id) = on(bench, 1)?;
     let sync = bench.sync_id()?;
     bench.send(sync, &[1])?;
-    let come = bench.come(id, bench.silence())?.len();
-    if come != 1 {
-        return broken(format!("{come} TPDOs come after a SYNC with one octet, expected 1"));
+    match bench.come(id, bench.silence())?.len() {
+        1 => Ok(()),
+        come => broken(format!("{come} TPDOs come after a SYNC with one octet, expected 1")),
     }
+}
+
+fn y12(bench: &mut Bench) -> Course {
+    let (_, id) = on(bench, 1)?;
+    let sync = bench.sync_id()?;
     if !bench.is_writable(0x1005, 0)? {
-        return Ok(());
+        return inapplicable("it has no 1005h to write to");
     }
     let moved = Id::base(0x0F8).unwrap_or(sync);
     bench.enter(NmtState::PreOperational)?;

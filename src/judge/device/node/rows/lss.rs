@@ -1,8 +1,11 @@
 //! LSS, where the data sheet offers it.
 
+use core::time::Duration;
+
 use super::row;
 use crate::can_bus::can::Id;
-use crate::can_bus::canopen::cob_id::{LSS_MASTER, LSS_SLAVE};
+use crate::can_bus::canopen::NodeId;
+use crate::can_bus::canopen::cob_id::{self, LSS_MASTER, LSS_SLAVE};
 use crate::judge::device::course::{Course, broken, inapplicable};
 use crate::judge::device::node::Bench;
 use crate::judge::device::row::{By, Group};
@@ -38,6 +41,27 @@ pub(super) const GROUP: Group<Bench> = Group {
             &["N-S01"],
             By::Trial(s03),
         ),
+        row(
+            "N-S04",
+            "numbers 0 and 128 are refused; another one is its own after a reset of the communication, and back",
+            "new number after reset (eds E-52)",
+            &["N-K06", "N-S01"],
+            By::Trial(s04),
+        ),
+        row(
+            "N-S05",
+            "a rate that the table has not is refused",
+            "set node number and bit rate (eds 4)",
+            &["N-S01"],
+            By::Trial(s05),
+        ),
+        row(
+            "N-S06",
+            "identify is not answered beside the ranges of 1018h, where it is answered at all",
+            "switch global and selective, inquire all, store, identify (eds 4)",
+            &["N-S01"],
+            By::Trial(s06),
+        ),
     ],
 };
 
@@ -56,6 +80,13 @@ fn ask(bench: &mut Bench, octets: [u8; 8]) -> Course<Option<[u8; 8]>> {
         Some(Ok(octets)) => Ok(Some(octets)),
         Some(Err(_)) => broken("an LSS answer has not 8 octets"),
     }
+}
+
+/// Switches to the state of waiting or of configuration, which is not answered.
+fn switch(bench: &mut Bench, state: [u8; 8]) -> Course {
+    bench.drain()?;
+    bench.send(id(LSS_MASTER, bench), &state)?;
+    bench.collect(bench.moment()).map(drop)
 }
 
 const WAITING: [u8; 8] = [0x04, 0, 0, 0, 0, 0, 0, 0];
@@ -87,9 +118,9 @@ fn s00(bench: &mut Bench) -> Course {
 
 fn s01(bench: &mut Bench) -> Course {
     an_lss(bench)?;
-    ask(bench, CONFIGURATION)?;
+    switch(bench, CONFIGURATION)?;
     let told = numbers(bench);
-    ask(bench, WAITING)?;
+    switch(bench, WAITING)?;
     told
 }
 
@@ -124,7 +155,7 @@ fn numbers(bench: &mut Bench) -> Course {
 
 fn s02(bench: &mut Bench) -> Course {
     an_lss(bench)?;
-    ask(bench, WAITING)?;
+    switch(bench, WAITING)?;
     match ask(bench, NODE)? {
         None => Ok(()),
         Some(_) => broken("the inquiry for its number is answered in the waiting state"),
@@ -133,11 +164,11 @@ fn s02(bench: &mut Bench) -> Course {
 
 fn s03(bench: &mut Bench) -> Course {
     an_lss(bench)?;
-    ask(bench, WAITING)?;
+    switch(bench, WAITING)?;
     let selected = select(bench, false);
-    ask(bench, WAITING)?;
+    switch(bench, WAITING)?;
     let other = select(bench, true);
-    ask(bench, WAITING)?;
+    switch(bench, WAITING)?;
     if !selected? {
         return broken("the selective switch with the four numbers of 1018h is not answered");
     }
@@ -158,4 +189,94 @@ fn select(bench: &mut Bench, wrong: bool) -> Course<bool> {
         }
     }
     Ok(matches!(ask(bench, last)?, Some([0x44, ..])))
+}
+
+/// In the configuration state, and back whatever comes.
+fn configured<T>(bench: &mut Bench, act: impl FnOnce(&mut Bench) -> Course<T>) -> Course<T> {
+    an_lss(bench)?;
+    switch(bench, CONFIGURATION)?;
+    let done = act(bench);
+    switch(bench, WAITING)?;
+    done
+}
+
+/// Asks for another number: whether it is taken.
+fn renumber(bench: &mut Bench, number: u8) -> Course<bool> {
+    match ask(bench, [0x11, number, 0, 0, 0, 0, 0, 0])? {
+        Some([0x11, error, ..]) => Ok(error == 0),
+        Some(octets) => broken(format!("the number {number} is answered with {octets:02X?}")),
+        None => broken(format!("the number {number} is not answered")),
+    }
+}
+
+fn s04(bench: &mut Bench) -> Course {
+    bench.may_write()?;
+    let (own, other) = (bench.node(), bench.other());
+    configured(bench, |bench| {
+        for number in [0, 128] {
+            if renumber(bench, number)? {
+                return broken(format!("the number {number} is taken"));
+            }
+        }
+        if renumber(bench, other.number())? {
+            Ok(())
+        } else {
+            inapplicable(format!("it refuses the number {}", other.number()))
+        }
+    })?;
+    let boots = |bench: &mut Bench, from: NodeId, to: NodeId| {
+        let id = cob_id::of_node(cob_id::ERROR_CONTROL, to);
+        bench.drain()?;
+        bench.nmt(&[0x82, from.number()])?;
+        let heard = bench.find(Duration::from_secs(2), |frame| frame.id() == id && frame.octets() == [0])?;
+        bench.collect(bench.moment())?;
+        Ok(heard.is_some())
+    };
+    let renumbered = boots(bench, own, other)?;
+    configured(bench, |bench| renumber(bench, own.number()))?;
+    let back = boots(bench, other, own)?;
+    bench.forget_written();
+    match (renumbered, back) {
+        (true, true) => Ok(()),
+        (false, _) => broken(format!("no boot-up of node {other} after it was given that number")),
+        (true, false) => broken(format!("no boot-up of node {own} after it was given its number back")),
+    }
+}
+
+fn s05(bench: &mut Bench) -> Course {
+    configured(bench, |bench| match ask(bench, [0x13, 0, 200, 0, 0, 0, 0, 0])? {
+        Some([0x13, 1..=0xFF, ..]) => Ok(()),
+        Some(octets) => {
+            broken(format!("rate 200 of table 0 is answered with {octets:02X?}, expected an error"))
+        }
+        None => inapplicable("it sets no rates: 13h is not answered"),
+    })
+}
+
+fn s06(bench: &mut Bench) -> Course {
+    an_lss(bench)?;
+    if !identified(bench, false)? {
+        return inapplicable("it does not identify itself by ranges: some nodes have fastscan alone");
+    }
+    if identified(bench, true)? {
+        return broken("identify with serial numbers that it has not is answered");
+    }
+    Ok(())
+}
+
+/// Whether identify is answered; `beside`: with serial numbers that it has not.
+fn identified(bench: &mut Bench, beside: bool) -> Course<bool> {
+    let mut last = [0; 8];
+    let subs = [1, 2, 3, 3, 4, 4];
+    for (command, sub) in (0x46..=0x4B).zip(subs) {
+        let number = u32::try_from(bench.number_if(0x1018, sub)?.unwrap_or_default()).unwrap_or_default();
+        let number = if beside && sub == 4 { !number } else { number };
+        let [a, b, c, d] = number.to_le_bytes();
+        last = [command, a, b, c, d, 0, 0, 0];
+        if command < 0x4B {
+            bench.send(id(LSS_MASTER, bench), &last)?;
+            bench.collect(bench.moment())?;
+        }
+    }
+    Ok(matches!(ask(bench, last)?, Some([0x4F, ..])))
 }

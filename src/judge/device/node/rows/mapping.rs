@@ -22,7 +22,7 @@ pub(super) const GROUP: Group<Bench> = Group {
             "N-Y41",
             "an entry of a mapping is refused: object missing 06020000h, not mappable 06040041h",
             "object missing 06020000h, not mappable or wrong direction 06040041h (6)",
-            &["N-Y02"],
+            &["N-O03", "N-Y02"],
             By::Trial(y41),
         ),
         row(

@@ -5,6 +5,7 @@ use super::Bench;
 use crate::judge::device::row::{By, Entry, Group};
 use crate::judge::requirement::Confidence;
 
+mod counter;
 mod drive;
 mod error_control;
 mod identifiers;
@@ -22,7 +23,7 @@ mod troubles;
 
 /// Every group, in the order of the table.
 pub(super) fn groups() -> Vec<Group<Bench>> {
-    vec![
+    let before = [
         nmt::GROUP,
         sdo::GROUP,
         segments::GROUP,
@@ -31,13 +32,13 @@ pub(super) fn groups() -> Vec<Group<Bench>> {
         troubles::GROUP,
         process_data::GROUP,
         identifiers::GROUP,
+        counter::GROUP,
         received::GROUP,
         mapping::GROUP,
         storage::GROUP,
         lss::GROUP,
-        drive::GROUP,
-        load::GROUP,
-    ]
+    ];
+    before.into_iter().chain(drive::GROUPS).chain([load::GROUP]).collect()
 }
 
 /// A mandatory row of confidence A.

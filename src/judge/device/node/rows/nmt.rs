@@ -16,14 +16,14 @@ pub(super) const GROUP: Group<Bench> = Group {
             "N-K01",
             "power-on: exactly one boot-up, nothing before it, then PRE-OPERATIONAL",
             "boot-up = 700h+n, 1 byte 00h, sent once, before anything else; then PRE-OPERATIONAL (3)",
-            &[],
+            &["N-K06"],
             By::Trial(k01),
         ),
         row(
             "N-K02",
             "five commands from three states to its own number: the state table",
             "01h OPERATIONAL, 02h STOPPED, 80h PRE-OPERATIONAL, 81h and 82h reset (3)",
-            &[],
+            &["N-K06"],
             By::Trial(k02),
         ),
         row(
@@ -61,7 +61,7 @@ pub(super) const GROUP: Group<Bench> = Group {
             "N-K08",
             "STOPPED: no answer to SDO, no PDO; error control goes on",
             "services in STOPPED: NMT, error control (3)",
-            &["N-K02"],
+            &["N-K02", "N-O01"],
             By::Trial(k08),
         ),
         sure(

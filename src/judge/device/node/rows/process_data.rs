@@ -34,7 +34,7 @@ pub(super) const GROUP: Group<Bench> = Group {
             "N-Y01",
             "outside OPERATIONAL: no TPDO, neither after SYNC nor at a remote request",
             "only in OPERATIONAL and only if bit 31 = 0 (6)",
-            &["N-Y02"],
+            &["N-K02", "N-Y02"],
             By::Trial(y01),
         ),
         row(
@@ -97,7 +97,7 @@ pub(super) const GROUP: Group<Bench> = Group {
                 "N-Y17",
                 "entering OPERATIONAL sends TPDOs of type 254 or 255 once",
                 "entering OPERATIONAL sends event-driven TPDOs once (6; doubt 302)",
-                &["N-Y26"],
+                &["N-K02", "N-Y26"],
                 By::Trial(y17),
             ),
             U,

@@ -48,7 +48,7 @@ pub(super) const GROUP: Group<Bench> = Group {
             "N-Y30",
             "outside OPERATIONAL, with bit 31, of 29 bits, as a remote frame: an RPDO is not taken",
             "only in OPERATIONAL and only if bit 31 = 0; 29-bit only from extended frames and vice versa (6)",
-            &["N-Y08"],
+            &["N-K02", "N-Y08"],
             By::Trial(y30),
         ),
     ],

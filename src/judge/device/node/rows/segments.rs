@@ -1,7 +1,7 @@
 //! SDO in segments and in blocks.
 
 use super::{row, sure};
-use crate::can_bus::canopen::sdo::block::crc_16;
+use crate::can_bus::canopen::sdo::block::{SEGMENT_LEN, crc_16};
 use crate::can_bus::canopen::{Abort, Address};
 use crate::explain::hex;
 use crate::judge::device::course::{Course, broken, inapplicable};
@@ -46,7 +46,7 @@ pub(super) const GROUP: Group<Bench> = Group {
             "N-O22",
             "a write in segments is taken: 60, then 20 and 30 in turn",
             "21h initiate download; segment answer 001 t 0000 (5)",
-            &["N-O01"],
+            &["N-O08"],
             By::Trial(o22),
         ),
         row(
@@ -63,6 +63,20 @@ pub(super) const GROUP: Group<Bench> = Group {
             &["N-O22"],
             By::Trial(o18),
         ),
+        row(
+            "N-O25",
+            "a write in blocks of which a segment is lost: the node says which was the last one, and takes the rest again",
+            "block download: A2, the last segment in order; the client goes on behind it (5)",
+            &["N-O18"],
+            By::Trial(o25),
+        ),
+        row(
+            "N-O26",
+            "a read in blocks of which the client takes fewer segments goes on behind the last one taken",
+            "block upload: A2, the last segment in order; the server goes on behind it (5)",
+            &["N-O17"],
+            By::Trial(o26),
+        ),
         sure(
             row(
                 "N-O24",
@@ -76,23 +90,34 @@ pub(super) const GROUP: Group<Bench> = Group {
     ],
 };
 
-/// An entry that is read in segments, if there is one: more than four octets.
+/// A value with more octets takes its time in blocks of one segment.
+const FEW: u32 = 1000;
+
+/// An entry that is read in segments, if there is one: more than four octets, and not too many if that can be.
 pub(super) fn long_one(bench: &mut Bench) -> Course<Option<Address>> {
     let mut candidates: Vec<Address> = [0x1008, 0x1009, 0x100A].map(|index| Address::new(index, 0)).to_vec();
     let longer =
         |listed: &crate::judge::device::node::objects::Listed| listed.size().is_none_or(|size| size > 4);
     candidates.extend(bench.listed().into_iter().filter(longer).map(|listed| listed.at).take(10));
+    let mut longest = None;
     for at in candidates {
         if !bench.has(at.index.0, at.sub.0)? {
             continue;
         }
         let answer = bench.asked(addressed(0x40, at, [0; 4]), &format!("a read of {at}"))?;
-        if abort_of(answer).is_none() && expedited(answer).is_none() {
-            abort(bench, at)?;
-            return Ok(Some(at));
+        if abort_of(answer).is_some() || expedited(answer).is_some() {
+            continue;
+        }
+        abort(bench, at)?;
+        // A text without octets has no other way, and shows nothing.
+        let [command, _, _, _, announced @ ..] = answer;
+        match (command & 1, u32::from_le_bytes(announced)) {
+            (1, 0) => {}
+            (1, FEW..) => longest = longest.or(Some(at)),
+            (_, _) => return Ok(Some(at)),
         }
     }
-    Ok(None)
+    Ok(longest)
 }
 
 fn abort(bench: &mut Bench, at: Address) -> Course {
@@ -262,6 +287,53 @@ fn o18(bench: &mut Bench) -> Course {
             // A server that says that it has no checksum looks at none.
             broken("a block write with a wrong checksum is taken")
         }
+    }
+}
+
+fn o25(bench: &mut Bench) -> Course {
+    let (at, before, other) = a_long_writable(bench)?;
+    if other.len() <= 2 * SEGMENT_LEN {
+        return inapplicable("the value that it can be written has less than three segments");
+    }
+    bench.lose_segment = true;
+    let done = bench.download_in_blocks(at, &other, crc_16(0, &other));
+    bench.lose_segment = false;
+    match done? {
+        None => return inapplicable("it takes nothing in blocks"),
+        Some(Err(code)) => {
+            return broken(format!(
+                "a block write of {at} with a lost segment is refused with {}",
+                refused(code)
+            ));
+        }
+        Some(Ok(())) => {}
+    }
+    let read = bench.value(at.index.0, at.sub.0)?;
+    restore(bench, at, &before)?;
+    if read == other {
+        Ok(())
+    } else {
+        broken(format!("{at} is {}, written in blocks with a lost segment was {}", hex(&read), hex(&other)))
+    }
+}
+
+fn o26(bench: &mut Bench) -> Course {
+    let at = a_long_one(bench)?;
+    let expected = bench.value(at.index.0, at.sub.0)?;
+    if expected.len() <= SEGMENT_LEN {
+        return inapplicable("its longest value is one segment");
+    }
+    bench.lose_segment = true;
+    let read = bench.upload_in_blocks(at, 127);
+    bench.lose_segment = false;
+    match read? {
+        None => inapplicable("it reads nothing in blocks"),
+        Some(octets) if octets == expected => Ok(()),
+        Some(octets) => broken(format!(
+            "{at} read in blocks with a segment twice is {}, expected {}",
+            hex(&octets),
+            hex(&expected)
+        )),
     }
 }
 

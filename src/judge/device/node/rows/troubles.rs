@@ -34,7 +34,7 @@ pub(super) const GROUP: Group<Bench> = Group {
             "N-E08",
             "1014h with bit 31: no emergency; with another identifier: emergencies there",
             "1014h bit 31 / other id: silent / moved (E-08)",
-            &["N-M01"],
+            &["N-K06", "N-M01"],
             By::Trial(e08),
         ),
         row(
@@ -56,8 +56,18 @@ pub(super) const GROUP: Group<Bench> = Group {
                 "N-M05",
                 "no emergency in STOPPED, nor later for what happened there",
                 "sent in PRE-OPERATIONAL and OPERATIONAL; events in other states are not sent later (7)",
-                &["N-M01"],
+                &["N-K02", "N-M01"],
                 By::Trial(m05),
+            ),
+            B,
+        ),
+        sure(
+            row(
+                "N-M06",
+                "1015h: emergencies are never closer",
+                "EMCY 1015h inhibit time, 100 us (eds 4)",
+                &["N-M02"],
+                By::Trial(m06),
             ),
             B,
         ),
@@ -203,6 +213,35 @@ fn m05(bench: &mut Bench) -> Course {
         return broken("an emergency of STOPPED comes later");
     }
     Ok(())
+}
+
+fn m06(bench: &mut Bench) -> Course {
+    bench.may_write()?;
+    if !bench.is_writable(0x1015, 0)? {
+        return inapplicable("it has no 1015h to write to");
+    }
+    let inhibit = Duration::from_millis(500);
+    bench.set(0x1015, 0, &5000_u16.to_le_bytes())?;
+    let id = provoke(bench)?;
+    let Some(first) = bench.find(time(bench), |frame| frame.id() == id)? else {
+        return broken("no emergency with 1015h = 5000");
+    };
+    // The error is gone: that is the second one.
+    let node = bench.other();
+    bench.send(cob_id::of_node(cob_id::ERROR_CONTROL, node), &[0x05])?;
+    match bench.find(inhibit * 2, |frame| frame.id() == id)? {
+        None => inapplicable("no second emergency comes when the heartbeats come back"),
+        Some(next) => {
+            let apart = next.at.saturating_since(first.at);
+            if apart + Duration::from_millis(2) + bench.wire.latency < inhibit {
+                return broken(format!(
+                    "1015h is 500 ms, and emergencies are {} ms apart",
+                    apart.as_millis()
+                ));
+            }
+            Ok(())
+        }
+    }
 }
 
 fn b02(bench: &mut Bench) -> Course {

@@ -1,0 +1,261 @@
+//! Cyclic modes: a set-point in an RPDO with each SYNC.
+
+use core::ops::Range;
+use core::time::Duration;
+
+use super::modes::{NEARLY, TORQUE};
+use super::*;
+use crate::can_bus::can::Id;
+use crate::can_bus::canopen::NmtState;
+use crate::judge::device::node::pdo::{Pdo, Way};
+use crate::judge::requirement::Confidence::{B, U};
+
+pub(super) const GROUP: Group<Bench> = Group {
+    title: "Cyclic modes of drives",
+    rows: &[
+        sure(
+            row(
+                "N-D13",
+                "cyclic position: 6064h follows 607Ah with each SYNC, and not before; bit 12 of 6041h is 1",
+                "csp, csv: each SYNC or RPDO is followed (eds E-58)",
+                &["N-D03", "N-D06"],
+                By::Trial(d13),
+            ),
+            B,
+        ),
+        sure(
+            row(
+                "N-D14",
+                "cyclic position: from one set-point to the next in a straight line, over the time of 60C2h",
+                "60C2h is the time from set-point to set-point (eds E-58)",
+                &["N-D13"],
+                By::Trial(d14),
+            ),
+            U,
+        ),
+        sure(
+            row(
+                "N-D15",
+                "cyclic velocity: 606Ch follows 60FFh with each SYNC, and not before; bit 12 of 6041h is 1",
+                "csp, csv: each SYNC or RPDO is followed (eds E-58)",
+                &["N-D07"],
+                By::Trial(d15),
+            ),
+            B,
+        ),
+        sure(
+            row(
+                "N-D16",
+                "cyclic torque: 6077h follows 6071h with each SYNC, and not before; bit 12 of 6041h is 1",
+                "modes of 6502h: cst (eds 4)",
+                &["N-D11"],
+                By::Trial(d16),
+            ),
+            B,
+        ),
+    ],
+};
+
+/// A cyclic mode and how it is tried.
+struct Cycle {
+    mode: u8,
+    /// What is sent, and what follows it.
+    target: u16,
+    actual: u16,
+    /// From set-point to set-point.
+    step: i32,
+    count: i32,
+    tolerance: i32,
+}
+
+const POSITION: Cycle = Cycle { mode: 8, target: 0x607A, actual: 0x6064, step: 20, count: 40, tolerance: 10 };
+const VELOCITY: Cycle =
+    Cycle { mode: 9, target: 0x60FF, actual: 0x606C, step: SPEED / 10, count: 10, tolerance: SPEED / 20 };
+const CYCLIC_TORQUE: Cycle =
+    Cycle { mode: 10, target: 0x6071, actual: 0x6077, step: TORQUE, count: 1, tolerance: NEARLY };
+
+/// An RPDO of type 1 with a set-point in it.
+struct Carrier {
+    pdo: Pdo,
+    id: Id,
+    octets: Vec<u8>,
+    place: Range<usize>,
+}
+
+impl Carrier {
+    fn send(&mut self, bench: &mut Bench, number: i32) -> Course {
+        if let Some(place) = self.octets.get_mut(self.place.clone()) {
+            place.iter_mut().zip(number.to_le_bytes()).for_each(|(to, octet)| *to = octet);
+        }
+        bench.send(self.id, &self.octets)
+    }
+
+    /// A set-point with its SYNC, and the rest of the cycle.
+    fn cycle(&mut self, bench: &mut Bench, number: i32, time: Duration) -> Course {
+        let end = bench.wire.now().saturating_add(time);
+        self.send(bench, number)?;
+        bench.sync()?;
+        bench.collect(end.saturating_since(bench.wire.now())).map(drop)
+    }
+}
+
+/// The RPDO for an object: one that maps it, or one that is mapped so.
+fn carrier(bench: &mut Bench, index: u16) -> Course<Carrier> {
+    let bits = bench.value(index, 0)?.len() * 8;
+    let entry = u32::from(index) << 16 | u32::try_from(bits).unwrap_or_default();
+    let pdos = bench.pdos(Way::Received)?;
+    let maps = pdos.iter().find(|pdo| pdo.entries.contains(&entry)).cloned();
+    let pdo = match maps {
+        Some(pdo) => pdo,
+        None => {
+            let mut mapped = None;
+            for pdo in pdos {
+                if bench.is_writable(pdo.mapping(), 0)? && bench.maps(&pdo, entry)? {
+                    mapped = Some(pdo.of(entry));
+                    break;
+                }
+            }
+            match mapped {
+                Some(pdo) => pdo,
+                None => return inapplicable(format!("none of its RPDOs maps {index:04X}h, or can")),
+            }
+        }
+    };
+    let id = bench.switch_on(&pdo, 1)?;
+    let octets = bench.shown_by_sdo(&pdo)?;
+    let place = pdo.places().unwrap_or_default().into_iter().find(|(at, _)| at.index.0 == index);
+    match (octets, place) {
+        (Some(octets), Some((_, place))) => Ok(Carrier { pdo, id, octets, place }),
+        (_, _) => inapplicable(format!("its RPDO with {index:04X}h maps what cannot be read")),
+    }
+}
+
+/// Sets 60C2h to so many ms, if it is there: the time that it has then.
+fn cycle_time(bench: &mut Bench, millis: u8) -> Course<Option<Duration>> {
+    if !bench.is_writable(0x60C2, 1)? {
+        return Ok(None);
+    }
+    let exponent = bench.number_if(0x60C2, 2)?.unwrap_or(0xFD);
+    let taken = exponent == 0xFD || try_put(bench, 0x60C2, 2, -3)?.is_ok();
+    let taken = taken && try_put(bench, 0x60C2, 1, millis.into())?.is_ok();
+    Ok(taken.then(|| Duration::from_millis(millis.into())))
+}
+
+/// Enabled in that mode, with an RPDO for its set-points, and where it begins.
+fn begun(bench: &mut Bench, cycle: &Cycle) -> Course<(Carrier, i32)> {
+    a_drive(bench)?;
+    bench.may_move()?;
+    if !offers(bench, cycle.mode, &[cycle.target, cycle.actual])? {
+        return inapplicable(format!("6502h does not offer mode {}", cycle.mode));
+    }
+    bench.enter(NmtState::PreOperational)?;
+    let mut carrier = carrier(bench, cycle.target)?;
+    in_mode(bench, cycle.mode, &[])?;
+    let from = if cycle.mode == POSITION.mode { signed(bench, cycle.actual)? } else { 0 };
+    put(bench, cycle.target, 0, from)?;
+    enabled(bench)?;
+    // A control word beside the set-point is that of an enabled drive now.
+    if let Some(octets) = bench.shown_by_sdo(&carrier.pdo)? {
+        carrier.octets = octets;
+    }
+    for _ in 0..3 {
+        carrier.cycle(bench, from, CYCLE)?;
+    }
+    Ok((carrier, from))
+}
+
+const CYCLE: Duration = Duration::from_millis(10);
+
+/// What is followed with each SYNC.
+fn follows(bench: &mut Bench, cycle: &Cycle) -> Course {
+    // A drive without it, or with another time in it, follows the cycle that comes.
+    cycle_time(bench, 10)?;
+    let (mut carrier, from) = begun(bench, cycle)?;
+    let (target, actual) = (cycle.target, cycle.actual);
+    let steps = (|| {
+        let mut to = from;
+        for _ in 0..cycle.count {
+            to = to.saturating_add(cycle.step);
+            carrier.cycle(bench, to, CYCLE)?;
+        }
+        let off = still(bench, &mut carrier, actual, to)?;
+        if off > cycle.tolerance {
+            return broken(format!(
+                "{target:04X}h came to {to} with a SYNC each 10 ms, and {actual:04X}h is {off} off"
+            ));
+        }
+        if bench.number(0x6041, 0)? & 0x1000 == 0 {
+            return broken("bit 12 of 6041h is 0: the drive does not follow the command");
+        }
+        let beyond = to.saturating_sub(2 * cycle.step);
+        let before = signed(bench, actual)?;
+        carrier.send(bench, beyond)?;
+        let early = bench.collect(CYCLE * 5).and_then(|_| signed(bench, actual))?;
+        if (early - before).abs() > cycle.tolerance {
+            return broken(format!(
+                "a set-point of {target:04X}h acts before its SYNC: {actual:04X}h went from {before} to {early}"
+            ));
+        }
+        let off = still(bench, &mut carrier, actual, beyond)?;
+        if off > cycle.tolerance {
+            return broken(format!(
+                "{target:04X}h is {beyond}, and {actual:04X}h is {off} off after 10 SYNCs"
+            ));
+        }
+        Ok(())
+    })();
+    let rest = if cycle.mode == POSITION.mode { signed(bench, actual) } else { Ok(0) };
+    if let Ok(rest) = rest {
+        carrier.cycle(bench, rest, CYCLE)?;
+    }
+    over(bench, steps)
+}
+
+/// How far the actual value is off after some cycles with the same set-point.
+fn still(bench: &mut Bench, carrier: &mut Carrier, actual: u16, to: i32) -> Course<i32> {
+    for _ in 0..10 {
+        carrier.cycle(bench, to, CYCLE)?;
+    }
+    Ok((signed(bench, actual)? - to).abs())
+}
+
+fn d13(bench: &mut Bench) -> Course {
+    follows(bench, &POSITION)
+}
+
+fn d14(bench: &mut Bench) -> Course {
+    const WAY: i32 = 100;
+    let time = Duration::from_millis(100);
+    a_drive(bench)?;
+    bench.may_move()?;
+    if !offers(bench, POSITION.mode, &[])? || cycle_time(bench, 100)?.is_none() {
+        return inapplicable("it has no mode 8, or 60C2h does not take 100 ms");
+    }
+    let (mut carrier, from) = begun(bench, &POSITION)?;
+    let mut to = from;
+    let steps = (|| {
+        for number in 1..=4 {
+            to = to.saturating_add(WAY);
+            carrier.send(bench, to)?;
+            bench.sync()?;
+            let begun = bench.wire.now();
+            bench.collect(time / 2)?;
+            let left = to - signed(bench, 0x6064)?;
+            bench.collect(begun.saturating_add(time).saturating_since(bench.wire.now()))?;
+            // The first is where the cycle is not known yet.
+            if number > 1 && !(WAY / 5..=WAY * 6 / 5).contains(&left) {
+                return broken(format!("half of 60C2h after a SYNC 6064h has {left} of {WAY} left"));
+            }
+        }
+        Ok(())
+    })();
+    over(bench, steps)
+}
+
+fn d15(bench: &mut Bench) -> Course {
+    follows(bench, &VELOCITY)
+}
+
+fn d16(bench: &mut Bench) -> Course {
+    follows(bench, &CYCLIC_TORQUE)
+}
