@@ -47,6 +47,8 @@ done
 if "$venv/bin/python" "$here/any_master.py" "$profidrive" true >"$work/nothing" || grep -q '^ok' "$work/nothing"; then
     fail "any_master.py: a master that does nothing passes"
 fi
+# Nodes of others: what the judge finds in them.
+"$venv/bin/python" "$here/judged.py" "$profidrive"
 # A folder with files of manufacturers, which are not here, is tried file by file.
 "$venv/bin/python" "$here/file_drive.py" "$profidrive" "$root/tests/eds/asda-a2.eds" ${PROFIDRIVE_EDS_FOLDER:+"$PROFIDRIVE_EDS_FOLDER"}
 if command -v npm >/dev/null; then
