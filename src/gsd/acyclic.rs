@@ -11,6 +11,8 @@ pub struct AcyclicKeywords {
     pub c1: bool,
     /// C1_Max_Data_Len.
     pub c1_max_data_len: Option<u8>,
+    /// C1_Response_Timeout, times 10 ms.
+    pub c1_response_timeout: Option<u16>,
     /// C1_Read_Write_required.
     pub c1_required: bool,
     /// C2_Read_Write_supp.
@@ -45,6 +47,9 @@ impl AcyclicKeywords {
         match line.keyword.as_str() {
             "c1_read_write_supp" => self.c1 = on,
             "c1_max_data_len" => self.c1_max_data_len = len(),
+            "c1_response_timeout" => {
+                self.c1_response_timeout = line.first().map(|time| u16::try_from(time).unwrap_or(u16::MAX));
+            }
             "c1_read_write_required" => self.c1_required = on,
             "c2_read_write_supp" => self.c2 = on,
             // A master without connections works all the same.
@@ -91,7 +96,7 @@ impl AcyclicKeywords {
 
     /// What a master must have enabled and has not, with its octet in DPV1_Status: the name of the bit and the keyword that
     /// wants it.
-    pub(super) fn missing(&self, status: [u8; 3]) -> Option<(usize, &'static str)> {
+    pub(crate) fn missing(&self, status: [u8; 3]) -> Option<(usize, &'static str)> {
         let [one, two, _] = status;
         if self.c1_required && !Status1::Enable.is_set(one) {
             return Some((0, Status1::Enable.name()));

@@ -13,9 +13,6 @@ use crate::profibus::dp::application::Expected;
 use crate::profibus::dp::dpv1_status::{self, Status1, Status2, Status3};
 use crate::profibus::dp::{Application, CfgSyntax, Description, IoLengths, Reason, Refusal};
 
-/// Octets of the head of a block: length, type, slot, specifier.
-const BLOCK_HEAD_LEN: u8 = 4;
-
 /// Refusals whose words are kept: an event is explained soon after it came.
 const KEPT_WORDS: usize = 16;
 
@@ -459,17 +456,12 @@ impl Station {
         if !self.gsd.flags.dpv1 || !structured {
             return Ok(());
         }
-        let mut at = dpv1_status::LEN;
-        while let Some(len) = user_prm.get(at).copied() {
-            let fits = usize::from(len) <= user_prm.len() - at;
-            if len < BLOCK_HEAD_LEN || !fits {
-                let words = "the length of a parameter block, its four octets of head included, does not end with the user parameters";
-                let most = u8::try_from(user_prm.len() - at).unwrap_or(u8::MAX);
-                return Err(self.refusal(at, Expected::Range(BLOCK_HEAD_LEN, most), Some(len), words.into()));
-            }
-            at += usize::from(len);
-        }
-        Ok(())
+        let blocks = user_prm.get(dpv1_status::LEN..).unwrap_or_default();
+        let Some(at) = dpv1_status::first_wrong_block(blocks) else { return Ok(()) };
+        let words = "the length of a parameter block, its four octets of head included, does not end with the user parameters";
+        let most = u8::try_from(blocks.len().saturating_sub(at)).unwrap_or(u8::MAX);
+        let expected = Expected::Range(dpv1_status::BLOCK_LEAST, most);
+        Err(self.refusal(dpv1_status::LEN + at, expected, blocks.get(at).copied(), words.into()))
     }
 
     /// Keeps the words until so many refusals have followed.

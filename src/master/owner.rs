@@ -277,13 +277,9 @@ pub(super) fn heard(answer: &Answer) -> Heard<'_> {
 
 /// What a block of the diagnosis reports, if it is device-related.
 fn reported(block: &[u8]) -> Option<Reported> {
-    let (header, octets) = block.split_first()?;
-    if header & ext_diag::FORMAT != 0 {
-        return None;
-    }
-    Some(match TypedBlock::parse(octets)? {
+    Some(match TypedBlock::of_block(block)? {
         TypedBlock::Alarm { head, data } => Reported::Alarm { head, data: data.to_vec() },
-        TypedBlock::Status { .. } => Reported::Status(octets.to_vec()),
+        TypedBlock::Status { .. } => Reported::Status(block.get(1..).unwrap_or_default().to_vec()),
     })
 }
 

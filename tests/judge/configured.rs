@@ -6,7 +6,8 @@ use profidrive::gsd::Gsd;
 use profidrive::judge::{Setup, Slave};
 use profidrive::profibus::fdl::Address;
 
-use crate::test_master::mistakes::Mistake;
+use crate::test_master::acyclic::Uses;
+use crate::test_master::mistakes::{MISTAKES, Mistake};
 use crate::test_master::{BAUD, Configured, Settings};
 
 pub(crate) fn setup(settings: &Settings, absent: &[u8]) -> Setup {
@@ -14,6 +15,7 @@ pub(crate) fn setup(settings: &Settings, absent: &[u8]) -> Setup {
         prm: Some(configured.prm.clone()),
         groups: Some(configured.groups),
         absent: absent.contains(&configured.address),
+        gsd: (settings.uses != Uses::NOTHING).then(dpv1_file),
         ..Slave::new(Address::station(configured.address).unwrap(), configured.ident, configured.cfg.clone())
     };
     Setup {
@@ -85,6 +87,7 @@ pub(crate) fn placed(
             absent.clear();
             settings.auto_clear = Some(Duration::from_millis(500).max(slot * 20));
         }
+        Some(mistake) if is_of_dpv1(mistake) => settings.uses = Uses { ms1: true, ms2: true },
         Some(mistake) if in_ring(mistake) => {
             settings.token = true;
             settings.ttr = Some(Duration::from_millis(20));
@@ -92,6 +95,8 @@ pub(crate) fn placed(
         }
         _ => {}
     }
+    let uses = settings.uses;
+    let settings = dpv1(settings, uses);
     let mut setup = Setup {
         hsa: Address::station(if settings.token { settings.hsa } else { 60 }).ok(),
         ttr: settings.ttr,
@@ -107,6 +112,35 @@ pub(crate) fn placed(
         setup.stations[0].prm = None;
     }
     (settings, setup)
+}
+
+/// DPV1_Status: DP-V1, process and diagnostic alarms, blocks; and a block of one octet.
+const DPV1_PRM: [u8; 8] = [0x80, 0x60, 0x08, 5, 0x81, 0, 0, 7];
+
+/// The same master with slaves of DP-V1, whose services it uses.
+pub(crate) fn dpv1(mut settings: Settings, uses: Uses) -> Settings {
+    settings.uses = uses;
+    for station in settings.stations.iter_mut().filter(|_| uses != Uses::NOTHING) {
+        station.prm = DPV1_PRM.to_vec();
+    }
+    settings
+}
+
+/// The device file of a slave with every service of DP-V1.
+pub(crate) fn dpv1_file() -> Box<Gsd> {
+    let more = "DPV1_Slave=1\nC1_Read_Write_supp=1\nC1_Max_Data_Len=64\nC1_Response_Timeout=50\n\
+        C2_Read_Write_supp=1\nC2_Max_Count_Channels=2\nProcess_Alarm_supp=1\nDiagnostic_Alarm_supp=1\n\
+        Process_Alarm_required=1\nAlarm_Type_Mode_supp=1\nPrm_Block_Structure_supp=1\n\
+        Max_User_Prm_Data_Len=8\nExt_User_Prm_Data_Const(0)=0x80,0x60,0x08,5,0x81,0,0,7\n";
+    Box::new(Gsd::read(file_with(true, more).as_bytes()).unwrap())
+}
+
+/// Mistakes that are made at slaves of DP-V1.
+fn is_of_dpv1(mistake: Mistake) -> bool {
+    let rows = MISTAKES.iter().find(|(other, _)| *other == mistake).map(|(_, rows)| *rows);
+    let first = rows.and_then(<[_]>::first).is_some_and(|row| row.starts_with("M-V"));
+    first && !matches!(mistake, Mistake::ReadsRecord | Mistake::ReadsNothing)
+        || mistake == Mistake::OtherIndex
 }
 
 /// Mistakes that are seen only in a ring.
@@ -135,12 +169,16 @@ fn in_ring(mistake: Mistake) -> bool {
 
 /// The device file of station 5, with Sync and Freeze or without.
 fn device_file(sync: bool) -> String {
+    file_with(sync, "User_Prm_Data_Len=2\nUser_Prm_Data=0x01,0x02\n")
+}
+
+fn file_with(sync: bool, more: &str) -> String {
     let sync = u8::from(sync);
     format!(
         "#Profibus_DP\nGSD_Revision=1\nVendor_Name=\"Test\"\nModel_Name=\"Four octets\"\nRevision=\"1\"\n\
          Ident_Number=0x1234\nProtocol_Ident=0\nStation_Type=0\nHardware_Release=\"1\"\nSoftware_Release=\"1\"\n\
          500_supp=1\nMaxTsdr_500=100\nSync_Mode_supp={sync}\nFreeze_Mode_supp={sync}\nMin_Slave_Intervall=1\n\
-         Modular_Station=0\nMax_Diag_Data_Len=244\nUser_Prm_Data_Len=2\nUser_Prm_Data=0x01,0x02\n\
+         Modular_Station=0\nMax_Diag_Data_Len=244\n{more}\
          Module=\"Four octets\" 0x23,0x13\nEndModule\n"
     )
 }

@@ -15,6 +15,7 @@ mod own_station;
 #[path = "../helpers/test_master/mod.rs"]
 mod test_master;
 
+mod acyclic;
 mod admitted;
 mod class_two;
 mod configured;

@@ -81,7 +81,7 @@ pub(crate) struct Judge {
     pub(crate) class: u8,
 
     /// A station as configured in the master:
-    /// ADDRESS,ident=HEX,cfg=HEX[,prm=HEX][,groups=HEX][,failsafe=1][,min-interval=MS][,watchdog=MS][,absent], or ADDRESS,gsd=FILE
+    /// ADDRESS,ident=HEX,cfg=HEX[,prm=HEX][,groups=HEX][,failsafe=1][,min-interval=MS][,watchdog=MS][,absent][,dpv1], or ADDRESS,gsd=FILE
     #[arg(long = "station", value_name = "SPEC")]
     pub(crate) stations: Vec<JudgedStation>,
 
@@ -331,7 +331,7 @@ pub(crate) struct JudgedStation {
 }
 
 const FORM: &str = "expected ADDRESS,ident=HEX,cfg=HEX[,prm=HEX][,groups=HEX][,failsafe=1][,min-interval=MS]\
-    [,watchdog=MS][,absent], or ADDRESS,gsd=FILE with the same";
+    [,watchdog=MS][,absent][,dpv1], or ADDRESS,gsd=FILE with the same";
 
 /// The longest user parameters and configuration.
 const MOST_PRM: usize = 237;
@@ -381,6 +381,7 @@ impl FromStr for JudgedStation {
                     slave.watchdog = Some(time.ok_or_else(|| wrong("milliseconds"))?);
                 }
                 "absent" if value.is_empty() => slave.absent = true,
+                "dpv1" if value.is_empty() => slave.dpv1 = true,
                 "gsd" if !value.is_empty() => gsd = Some(PathBuf::from(value)),
                 _ => return Err(format!("'{part}' is not understood; {FORM}")),
             }
@@ -537,16 +538,27 @@ mod tests {
     #[test]
     fn a_station_is_what_is_configured() {
         let station: JudgedStation =
-            "5,ident=1234,cfg=2313,prm=0102,groups=01,failsafe=1,min-interval=2.5,watchdog=500,absent"
+            "5,ident=1234,cfg=2313,prm=0102,groups=01,failsafe=1,min-interval=2.5,watchdog=500,absent,dpv1"
                 .parse()
                 .unwrap();
-        let Slave { address, ident, cfg, prm, groups, fail_safe, min_interval, watchdog, absent, gsd: _ } =
-            station.slave;
+        let Slave {
+            address,
+            ident,
+            cfg,
+            prm,
+            groups,
+            fail_safe,
+            min_interval,
+            watchdog,
+            absent,
+            dpv1,
+            gsd: _,
+        } = station.slave;
         assert_eq!(
             (address.number(), ident, cfg, prm),
             (5, 0x1234, Some(vec![0x23, 0x13]), Some(vec![1, 2]))
         );
-        assert_eq!((groups, fail_safe, absent), (Some(1), true, true));
+        assert_eq!((groups, fail_safe, absent, dpv1), (Some(1), true, true, true));
         assert_eq!(min_interval, Some(Duration::from_micros(2500)));
         assert_eq!(watchdog, Some(Duration::from_millis(500)));
         for (spec, part) in [

@@ -1,4 +1,4 @@
-//! A judge of DP-V0 masters: plays slaves, watches every telegram, does things wrong on purpose, and says row by row what
+//! A judge of DP masters: plays slaves, watches every telegram, does things wrong on purpose, and says row by row what
 //! the master made of it.
 //!
 //! ```text
@@ -17,7 +17,8 @@
 //! | `findings` | evidence weighed |
 //! | `scenario` | [`Scenario`]: what the stations do on purpose, as data |
 //! | `second` | a second master, and what it does |
-//! | `station` | the slaves, and what is done to them |
+//! | `station` | what is done to the slaves |
+//! | `played` | a slave that is played |
 //! | `play` | [`Judge`]: the run, sans-I/O |
 //! | `live` | [`live()`]: on a link of the operating system |
 //! | `simulated` | [`simulated()`]: over any [`bench::Master`](crate::bench::Master), in virtual time |
@@ -32,6 +33,7 @@ mod findings;
 mod live;
 mod observer;
 mod play;
+mod played;
 mod rates;
 mod recorded;
 pub mod rows;

@@ -23,7 +23,7 @@ use std::collections::BTreeMap;
 
 use super::observer::{Observer, Sight};
 use super::rows::Row;
-use super::scenario::{Scenario, asking, built_in, double, joining, reading, ring};
+use super::scenario::{Scenario, acyclic, asking, built_in, double, joining, reading, ring};
 use super::second::Second;
 use super::setup::Setup;
 use super::station::connect;
@@ -136,6 +136,7 @@ impl Judge {
 
     pub(super) fn seeing(setup: Setup, wanted: &[Row], sight: Sight) -> Self {
         let mut scenarios = if setup.is_class_2() { reading(&setup) } else { built_in(&setup) };
+        scenarios.extend(acyclic(&setup));
         scenarios.extend(ring());
         scenarios.retain(|scenario| scenario.is_for(wanted));
         let mut observer = Observer::new(setup, sight);

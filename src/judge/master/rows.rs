@@ -1,4 +1,4 @@
-//! The rows: what is required of a DP-V0 master, as data.
+//! The rows: what is required of a DP master, as data.
 //!
 //! One row of the table is one requirement (`docs/reference/dp-master.md`). [`Row`] names it in code, [`Row::about`] says
 //! what it is.
@@ -444,6 +444,44 @@ rows! {
         "a request at SAP 51 or 50 goes only to a slave in data exchange whose Set_Prm enabled DP-V1"
     V02 "M-V02" Acyclic 1 B [Pty]
         "a request at SAP 0 to 51 is one of DP-V1: a function of that SAP, slot 0 to 254, a length that agrees with the data"
+    V03 "M-V03" Acyclic 1 B [Pty]
+        "one request at a time: no other one at a SAP before the response to the first was fetched"
+    V04 "M-V04" Acyclic 1 B [Pty]
+        "a request that was acknowledged is polled for: an empty request at the same SAPs, until the response comes"
+    V05 "M-V05" Acyclic 1 B [Pty]
+        "a response that takes long, but less than C1_Response_Timeout, is waited for: no Abort, no new start-up"
+    V06 "M-V06" Acyclic 1 B [Pty]
+        "data exchange with the slave goes on between the polls"
+    V07 "M-V07" Acyclic 1 B [Pty]
+        "a negative response is no reason for a new start-up"
+    V08 "M-V08" Acyclic 1 B [Pty]
+        "Write has at most C1_Max_Data_Len octets of data, on a connection Max_Len_Data_Unit"
+    V09 "M-V09" Acyclic 2 C [Pty]
+        "a response that does not come within C1_Response_Timeout is given up"
+    V10 "M-V10" Acyclic 2 U [Pty]
+        "a job of the owner ends with data exchange: after a new start-up it is not polled for"
+    V11 "M-V11" Acyclic 1 B [Pty]
+        "Alarm_Ack has the type, slot and sequence number of an alarm that a diagnosis has shown, and comes once"
+    V12 "M-V12" Acyclic 1 B [Pty]
+        "each alarm that a diagnosis has shown is acknowledged"
+    V13 "M-V13" Acyclic 1 B [Pty]
+        "SAP 50 is asked only if the slave has it (Extra_Alarm_SAP_supp)"
+    V14 "M-V14" Acyclic 1 B [Pty]
+        "DPV1_Status_1 to 3: reserved bits are 0, and so are those of what the device file does not offer"
+    V15 "M-V15" Acyclic 2 C [Pty]
+        "DPV1_Status_1 to 3: what the device file requires is enabled"
+    V16 "M-V16" Acyclic 2 U [Pty]
+        "DPV1_Status_2 enables only alarms that the device file offers"
+    V17 "M-V17" Acyclic 1 B [Pty]
+        "with Prm_Structure the user parameters are blocks whose lengths end with Set_Prm"
+    V18 "M-V18" Acyclic 1 B [Pty]
+        "SAP 0 to 48 is asked only while it is a connection of this master: from the RM that names it until Abort or RS"
+    V19 "M-V19" Acyclic 1 B [Pty]
+        "a connection gets Idle or a request at least once in Send_Timeout"
+    V20 "M-V20" Acyclic 2 C [Pty]
+        "Initiate asks for DPV1_RW, with a Send_Timeout that is not 0"
+    V21 "M-V21" Acyclic 1 B [Ask]
+        "Read and Write have the slot, index, length and data of the user"
 }
 
 impl Row {
@@ -469,7 +507,18 @@ impl Row {
             | Group::SyncFreeze
             | Group::Loss
             | Group::Rates => false,
-            Group::Acyclic => matches!(self, Self::V02),
+            Group::Acyclic => matches!(
+                self,
+                Self::V02
+                    | Self::V03
+                    | Self::V04
+                    | Self::V05
+                    | Self::V08
+                    | Self::V18
+                    | Self::V19
+                    | Self::V20
+                    | Self::V21
+            ),
         }
     }
 
@@ -520,6 +569,6 @@ mod tests {
         assert_eq!(Row::matching("M-E*").len(), 17);
         assert_eq!(Row::matching("m-c03"), [Row::C03]);
         assert_eq!(Row::matching("M-C").len(), 0);
-        assert_eq!(Row::ALL.len(), 164);
+        assert_eq!(Row::ALL.len(), 183);
     }
 }

@@ -17,11 +17,13 @@ use crate::host::fault::{Rule, RuleError};
 use crate::profibus::dp::IoLengths;
 use crate::profibus::fdl::Address;
 
+mod acyclic;
 mod list;
 mod reading;
 mod ring;
 
 pub use super::second::{Course, Duty};
+pub(super) use acyclic::acyclic;
 pub use list::{asking, built_in};
 pub(super) use reading::reading;
 pub(super) use ring::{double, joining, ring};
@@ -91,6 +93,8 @@ pub enum Check {
     AutoClear,
     /// It is still in CLEAR, if it went there by itself.
     StaysClear,
+    /// The station got this request of DP-V1.
+    Service(Address, Vec<u8>),
     /// It has sent a Global_Control.
     Command {
         /// With this bit of the command.
@@ -115,6 +119,8 @@ pub enum Which {
     OutputsOnly,
     /// The first with eight octets of inputs.
     EightInputs,
+    /// The first that has services of DP-V1 for this master.
+    Services,
 }
 
 /// What a scenario needs to say something.
@@ -130,6 +136,8 @@ pub enum Need {
     Ttr,
     /// A station with inputs.
     Inputs,
+    /// A C1_Response_Timeout that can be waited for.
+    ResponseTimeout,
 }
 
 /// A scenario names a station that is not there.
@@ -160,6 +168,7 @@ impl Scenario {
             Which::At(address) => setup.present().find(|slave| slave.address == address),
             Which::OutputsOnly => setup.present().find(|slave| lengths(slave).inputs == 0),
             Which::EightInputs => setup.present().find(|slave| lengths(slave).inputs == 8),
+            Which::Services => setup.present().find(|slave| setup.has_services(slave)),
         }
     }
 
@@ -169,6 +178,9 @@ impl Scenario {
             return Some(match self.station {
                 Which::OutputsOnly => "needs a station with outputs only",
                 Which::EightInputs => "needs a station with eight octets of inputs",
+                Which::Services => {
+                    "needs a station of DP-V1: dpv1, or a device file that offers its services"
+                }
                 Which::Any | Which::Last | Which::At(_) => "needs a station that is present",
             });
         };
@@ -181,8 +193,13 @@ impl Scenario {
             Need::Retries if setup.retries.is_none() => Some("needs --retries: how often the master repeats"),
             Need::Other if setup.present().count() < 2 => Some("needs two stations"),
             Need::Inputs if !inputs => Some("needs a station with inputs"),
+            Need::ResponseTimeout if subject.response_timeout().is_none_or(|time| time > LONGEST_TIMEOUT) => {
+                Some("needs a device file with a C1_Response_Timeout of 2 s at most")
+            }
             Need::Ttr if setup.ttr.is_none() => Some("needs --ttr: the target rotation time of the master"),
-            Need::Slot | Need::Retries | Need::Other | Need::Inputs | Need::Ttr => None,
+            Need::Slot | Need::Retries | Need::Other | Need::Inputs | Need::Ttr | Need::ResponseTimeout => {
+                None
+            }
         })
     }
 
@@ -274,6 +291,8 @@ impl Step {
 const INJECTED: u32 = 40;
 /// What a master is taken to wait if it is not said.
 pub(super) const SLOT: Duration = Duration::from_millis(100);
+/// A longer C1_Response_Timeout is not waited for.
+const LONGEST_TIMEOUT: Duration = Duration::from_secs(2);
 /// How often a master is taken to repeat if it is not said.
 const RETRIES: u32 = 3;
 

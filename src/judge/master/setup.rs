@@ -4,8 +4,13 @@ use core::time::Duration;
 
 use crate::gsd::{Gsd, MasterGsd};
 use crate::profibus::dp::IoLengths;
+use crate::profibus::dp::dpv1_status::Status2;
+use crate::profibus::dpv1::{AlarmOffer, MAX_DATA, Ms2Offer, Offer};
 use crate::profibus::fdl::Address;
 use crate::time::BaudRate;
+
+/// The least Send_Timeout of a connection to a station that the judge plays, times 10 ms.
+const LEAST_SEND_TIMEOUT: u16 = 10;
 
 /// What kind of master it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -70,6 +75,9 @@ pub struct Slave {
     pub watchdog: Option<Duration>,
     /// It is configured in the master and never there.
     pub absent: bool,
+    /// It is a slave of DP-V1 with every service, and its user parameters begin with DPV1_Status; of a station with a device
+    /// file that says so.
+    pub dpv1: bool,
     /// Its device file.
     pub gsd: Option<Box<Gsd>>,
 }
@@ -87,8 +95,37 @@ impl Slave {
             min_interval: None,
             watchdog: None,
             absent: false,
+            dpv1: false,
             gsd: None,
         }
+    }
+
+    /// Whether its user parameters begin with DPV1_Status.
+    pub(super) fn has_dpv1_status(&self) -> bool {
+        self.gsd.as_ref().map_or(self.dpv1, |gsd| gsd.flags.dpv1)
+    }
+
+    /// What it offers of DP-V1.
+    pub(super) fn offer(&self) -> Offer {
+        match &self.gsd {
+            _ if !self.has_dpv1_status() => Offer::NONE,
+            Some(gsd) => gsd.acyclic.offer(LEAST_SEND_TIMEOUT),
+            None => Offer {
+                ms1: Some(MAX_DATA),
+                ms2: Some(Ms2Offer {
+                    connections: 4,
+                    min_send_timeout: LEAST_SEND_TIMEOUT,
+                    ..Ms2Offer::PLAIN
+                }),
+                alarms: AlarmOffer { types: !Status2::RESERVED, sequence: 32, extra_sap: true },
+            },
+        }
+    }
+
+    /// How long the master waits for the response of the owner's channel, C1_Response_Timeout.
+    pub(super) fn response_timeout(&self) -> Option<Duration> {
+        let units = self.gsd.as_ref()?.acyclic.c1_response_timeout.filter(|units| *units > 0)?;
+        Some(Duration::from_millis(10) * u32::from(units))
     }
 
     /// As `--station` has it.
@@ -104,6 +141,7 @@ impl Slave {
             self.min_interval.map(|time| format!(",min-interval={}", millis(time))),
             self.watchdog.map(|time| format!(",watchdog={}", millis(time))),
             self.absent.then(|| ",absent".into()),
+            self.dpv1.then(|| ",dpv1".into()),
         ];
         words.extend(parts.into_iter().flatten());
         words
@@ -119,6 +157,12 @@ impl Setup {
     /// Whether it is a master of class 2.
     pub(super) fn is_class_2(&self) -> bool {
         self.class == MasterClass::Two
+    }
+
+    /// Whether a station has services of DP-V1 for this master.
+    pub(super) fn has_services(&self, slave: &Slave) -> bool {
+        let offer = slave.offer();
+        if self.is_class_2() { offer.ms2.is_some() } else { !offer.is_none() }
     }
 
     /// The station at an address.

@@ -1,15 +1,14 @@
 //! The stations the judge plays: our slaves, and what is done to them on purpose.
 
-use core::fmt;
+use core::time::Duration;
 
+use super::played::{Judged, Mood, Played};
 use super::setup::{Setup, Slave};
 use crate::gsd;
-use crate::host::Bus;
-use crate::profibus::dp;
-use crate::profibus::dp::application::Expected;
+use crate::host::{Bus, Participant};
 use crate::profibus::dp::ext_diag::{Block, MAX_BLOCK_DATA};
 use crate::profibus::dp::policy::{NoEffect, WatchdogFactorZero};
-use crate::profibus::dp::{Application, Description, ExtDiag, Policy, Reason, Refusal};
+use crate::profibus::dp::{self, Description, ExtDiag, Policy};
 use crate::profibus::fdl::{Address, DataTelegram, FrameCount, FunctionCode, Sap, Service, Telegram};
 use crate::time::Instant;
 
@@ -23,54 +22,6 @@ const CHK_CFG_SAP: u8 = 62;
 
 /// The longest diagnosis: all of it but the six octets of the standard is extended.
 const LONGEST_DIAG: u8 = 244;
-
-/// A station under the judge.
-pub(super) type Played = dp::Station<Judged>;
-
-/// Who judges Set_Prm and Chk_Cfg of a station.
-#[derive(Clone, Debug)]
-pub(super) enum Judged {
-    /// This configuration, and any user parameters: what is wrong with them the rows say.
-    Numbers(Vec<u8>),
-    /// What its device file says.
-    Gsd(Box<gsd::Station>),
-}
-
-impl Application for Judged {
-    fn judge_prm(&self, user_prm: &[u8]) -> Result<(), Refusal> {
-        match self {
-            Self::Numbers(_) => Ok(()),
-            Self::Gsd(station) => station.judge_prm(user_prm),
-        }
-    }
-
-    fn judge_cfg(&self, configuration: &[u8], user_prm: &[u8]) -> Result<(), Refusal> {
-        match self {
-            Self::Numbers(cfg) if cfg == configuration => Ok(()),
-            Self::Numbers(cfg) => {
-                let index = cfg.iter().zip(configuration).take_while(|(one, other)| one == other).count();
-                let expected = cfg.get(index).map_or(Expected::End, |octet| Expected::Octet(*octet));
-                let reason = Reason::Text("the configuration that the judge was given");
-                Err(Refusal { index, expected, got: configuration.get(index).copied(), reason })
-            }
-            Self::Gsd(station) => station.judge_cfg(configuration, user_prm),
-        }
-    }
-
-    fn configuration<'a>(&'a self, accepted: Option<&'a [u8]>) -> &'a [u8] {
-        match self {
-            Self::Numbers(cfg) => accepted.unwrap_or(cfg),
-            Self::Gsd(station) => station.configuration(accepted),
-        }
-    }
-
-    fn words(&self, number: u16, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Numbers(_) => Ok(()),
-            Self::Gsd(station) => station.words(number, f),
-        }
-    }
-}
 
 /// What is done to a station.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,17 +38,38 @@ pub enum Act {
     Take,
     /// That master lets it go.
     Release,
+    /// Jobs of DP-V1 take a while.
+    SlowRecords,
+    /// They never end.
+    StuckRecords,
+    /// They are refused.
+    RefuseRecords,
+    /// They are carried out at once again.
+    UsualRecords,
+    /// The next reply of a service of DP-V1 is lost.
+    LoseResponse,
+    /// It raises the alarms that the master takes.
+    RaiseAlarms,
 }
+
+/// How long a job of DP-V1 takes at most.
+pub(super) const SLOW: Duration = Duration::from_millis(300);
 
 impl Act {
     /// As it is written in a scenario.
-    pub const ALL: [(&'static str, Self); 6] = [
+    pub const ALL: [(&'static str, Self); 12] = [
         ("power-on", Self::PowerOn),
         ("diagnose", Self::Diagnose),
         ("diagnosis-gone", Self::DiagnosisGone),
         ("long-diagnosis", Self::LongDiagnosis),
         ("take", Self::Take),
         ("release", Self::Release),
+        ("slow-records", Self::SlowRecords),
+        ("stuck-records", Self::StuckRecords),
+        ("refuse-records", Self::RefuseRecords),
+        ("usual-records", Self::UsualRecords),
+        ("lose-response", Self::LoseResponse),
+        ("raise-alarms", Self::RaiseAlarms),
     ];
 }
 
@@ -122,6 +94,8 @@ fn played(slave: &Slave, bus: &Bus) -> Played {
                 sync_mode: true,
                 freeze_mode: true,
                 fail_safe: slave.fail_safe,
+                fail_safe_optional: true,
+                dpv1_status: slave.dpv1.then_some([u8::MAX; dp::dpv1_status::LEN]),
                 ..Description::PLAIN
             };
             (description, Judged::Numbers(slave.cfg.clone().unwrap_or_default()))
@@ -136,7 +110,8 @@ fn played(slave: &Slave, bus: &Bus) -> Played {
         ..Policy::PROPOSED
     };
     let baud = bus.baud();
-    Played::new(slave.address, baud, None, description, application).with_policy(policy)
+    let station = dp::Station::new(slave.address, baud, None, description, application).with_policy(policy);
+    Played::new(slave, station)
 }
 
 /// Does something to a station.
@@ -164,7 +139,25 @@ pub(super) fn act(act: Act, slave: &Slave, bus: &mut Bus, now: Instant) {
         Act::Release => {
             bus.with(address, |station: &mut Played| station.abort());
         }
+        Act::SlowRecords => {
+            // A master gives up what takes longer than C1_Response_Timeout.
+            let takes = slave.response_timeout().map_or(SLOW, |most| SLOW.min(most / 2));
+            set_mood(bus, address, Mood::Slow(takes));
+        }
+        Act::StuckRecords => set_mood(bus, address, Mood::Stuck),
+        Act::RefuseRecords => set_mood(bus, address, Mood::Refusing),
+        Act::UsualRecords => set_mood(bus, address, Mood::Usual),
+        Act::LoseResponse => {
+            bus.with(address, Played::lose_response);
+        }
+        Act::RaiseAlarms => {
+            bus.with(address, Played::raise_alarms);
+        }
     }
+}
+
+fn set_mood(bus: &mut Bus, address: Address, mood: Mood) {
+    bus.with(address, |station: &mut Played| station.set_mood(mood));
 }
 
 fn file(bus: &mut Bus, address: Address, diagnosis: &ExtDiag) {
@@ -205,10 +198,10 @@ fn tell(station: &mut Played, now: Instant, sap: u8, data: &[u8]) {
     let fc = FunctionCode::request(Service::SrdHigh, FrameCount::First);
     let (dsap, ssap) = (Sap::new(sap), Sap::new(MASTER_SAP));
     let format = DataTelegram::customary_format(dsap, ssap, data);
-    let telegram = DataTelegram { format, da: station.address(), sa, dsap, ssap, fc, data };
-    station.handle_telegram(now, &Telegram::Data(telegram));
+    let telegram = DataTelegram { format, da: Participant::address(station), sa, dsap, ssap, fc, data };
+    station.handle(now, &Telegram::Data(telegram));
     // The other master goes on: the reply is not sent.
-    station.handle_telegram(now, &Telegram::Token { da: sa, sa });
+    station.handle(now, &Telegram::Token { da: sa, sa });
 }
 
 #[cfg(test)]

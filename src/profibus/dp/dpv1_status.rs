@@ -63,6 +63,21 @@ pub(crate) fn octets(user_prm: &[u8]) -> [u8; LEN] {
     user_prm.first_chunk().copied().unwrap_or_default()
 }
 
+/// The fewest octets of a block of parameters: length, type, slot, reserved.
+pub(crate) const BLOCK_LEAST: u8 = 4;
+
+/// Where the first block of parameters is whose length does not fit; blocks end with the octets.
+pub(crate) fn first_wrong_block(octets: &[u8]) -> Option<usize> {
+    let mut rest = octets;
+    while let Some(len) = rest.first() {
+        match rest.get(usize::from(*len)..) {
+            Some(behind) if *len >= BLOCK_LEAST => rest = behind,
+            Some(_) | None => return Some(octets.len().saturating_sub(rest.len())),
+        }
+    }
+    None
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -22,9 +22,6 @@ const MAX_NEWS: usize = 8;
 /// The octets of a block before its data: header, type, slot, specifier.
 const BLOCK_HEAD: usize = 4;
 
-/// The fewest octets of a block of parameters: length, type, slot, reserved.
-const BLOCK_LEAST: u8 = 4;
-
 /// The octets of Slave_Diag before the blocks.
 const DIAG_HEAD: usize = 6;
 
@@ -355,7 +352,10 @@ impl<const CONNECTIONS: usize, const ALARMS: usize> Acyclic<CONNECTIONS, ALARMS>
                 if !is_owner || slave.state() != State::WaitCfg {
                     return None;
                 }
-                let wrong = first_wrong_block(request.data);
+                let wrong = match request.data {
+                    [] => Some(0),
+                    blocks => dpv1_status::first_wrong_block(blocks).and_then(|at| u8::try_from(at).ok()),
+                };
                 self.ext_prm_fault = wrong.is_some();
                 let len = u8::try_from(request.data.len()).unwrap_or(u8::MAX);
                 let event = Event::ExtPrm { master: request.sa, len, wrong };
@@ -391,18 +391,6 @@ impl<const CONNECTIONS: usize, const ALARMS: usize> Acyclic<CONNECTIONS, ALARMS>
         keep(news, event);
         Some(server.reply(fdl))
     }
-}
-
-/// Where the first block of parameters is whose length does not fit; blocks end with the octets.
-fn first_wrong_block(octets: &[u8]) -> Option<u8> {
-    let mut rest = octets;
-    while let Some(len) = rest.first() {
-        match rest.get(usize::from(*len)..) {
-            Some(behind) if *len >= BLOCK_LEAST => rest = behind,
-            Some(_) | None => return u8::try_from(octets.len().saturating_sub(rest.len())).ok(),
-        }
-    }
-    if octets.is_empty() { Some(0) } else { None }
 }
 
 /// Of too many news the oldest are lost.

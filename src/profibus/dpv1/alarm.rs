@@ -10,6 +10,7 @@
 use core::fmt;
 
 use crate::profibus::dp::dpv1_status::Status2;
+use crate::profibus::dp::ext_diag::FORMAT;
 
 /// What kind of alarm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -217,7 +218,7 @@ impl AlarmHead {
     }
 
     /// Whether an acknowledgement of `self` means `other`: Add_Ack and the specifier are not compared.
-    pub(super) fn means(self, other: Self) -> bool {
+    pub(crate) fn means(self, other: Self) -> bool {
         (self.kind, self.slot, self.sequence) == (other.kind, other.slot, other.sequence)
     }
 }
@@ -325,6 +326,12 @@ pub enum TypedBlock<'a> {
 pub(super) const MAX_BLOCK_DATA: usize = 59;
 
 impl<'a> TypedBlock<'a> {
+    /// Reads a block of Slave_Diag with its header. `None` if it is not device-related, or as [`TypedBlock::parse`].
+    pub(crate) fn of_block(block: &'a [u8]) -> Option<Self> {
+        let (header, octets) = block.split_first()?;
+        if header & FORMAT == 0 { Self::parse(octets) } else { None }
+    }
+
     /// Reads a block behind its header: type, slot, specifier, data. `None` if it has less than three octets or more than
     /// fit.
     pub fn parse(octets: &'a [u8]) -> Option<Self> {

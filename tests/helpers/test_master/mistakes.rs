@@ -140,6 +140,49 @@ mistakes! {
     ReadsRecord ["M-V01", "M-D06", "M-D08", "M-L04"]
     /// A record is read with a length of 0.
     ReadsNothing ["M-V02", "M-V01", "M-D06", "M-D08", "M-L04"]
+    // These are made at slaves of DP-V1.
+    /// Another request before the response to the first was fetched.
+    SecondRequest ["M-V03"]
+    /// After a request it never polls.
+    NeverPolls ["M-V04", "M-V12"]
+    /// A job that takes long leads to a new start-up.
+    RestartsOnSlowJob ["M-V05"]
+    /// While a job runs it only polls.
+    PollsOnly ["M-V06"]
+    /// A job that is refused leads to a new start-up.
+    RestartsOnRefusal ["M-V07", "M-D08"]
+    /// A Write with more octets than C1_Max_Data_Len.
+    LongWrite ["M-V08"]
+    /// A job that does not end is polled for without end.
+    PollsForEver ["M-V09"]
+    /// After a new start-up the old job is polled for.
+    PollsOldJob ["M-V10"]
+    /// The sequence number of another alarm is acknowledged.
+    AcknowledgesOther ["M-V11", "M-V12"]
+    /// An alarm is acknowledged twice.
+    AcknowledgesTwice ["M-V11"]
+    /// No alarm is acknowledged.
+    NeverAcknowledges ["M-V12"]
+    /// Alarms are acknowledged at SAP 50 of a slave without it.
+    AcknowledgesAtSap50 ["M-V13", "M-V12"]
+    /// A reserved bit of DPV1_Status.
+    ReservedStatus ["M-V14", "M-P08"]
+    /// An alarm that the device file requires is not enabled.
+    RequiredOff ["M-V15", "M-P08"]
+    /// Alarms are enabled that the slave does not offer.
+    EnablesEveryAlarm ["M-V16", "M-P08"]
+    /// A block of parameters is longer than Set_Prm.
+    LongBlock ["M-V17", "M-P08"]
+    /// A SAP that the slave has not handed out is polled.
+    AsksForeignSap ["M-V18"]
+    /// A connection is kept without Idle.
+    NoIdle ["M-V19"]
+    /// Initiate does not ask for DPV1_RW.
+    NoReadWrite ["M-V20"]
+    /// It ends a connection whose job takes long. Seen only of a master of class 2: tests/judge/class_two.rs.
+    AbortsSlowJob []
+    /// Another record than that of the user. Seen if somebody operates the master.
+    OtherIndex []
     /// Data_Exchange with SAPs.
     SapsForData ["M-F06", "M-D06", "M-D08", "M-L04"]
     /// A telegram with another source address.

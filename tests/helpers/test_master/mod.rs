@@ -8,6 +8,7 @@
 //! | `slave` | a slave as the master sees it |
 //! | `requests` | what is sent |
 //! | `replies` | what is made of replies |
+//! | `acyclic` | the services of DP-V1 |
 //! | `operator` | what a user asks of it |
 //! | `ring` | the token, other masters, the GAP |
 //! | `serve` | the master on a link |
@@ -24,6 +25,7 @@ use profidrive::profibus::fdl::telegram::{Decoded, decode};
 use profidrive::profibus::fdl::{Address, MAX_TELEGRAM_LEN};
 use profidrive::time::{BaudRate, Instant, SYN_BITS};
 
+pub(crate) mod acyclic;
 pub(crate) mod habits;
 pub(crate) mod mistakes;
 mod operator;
@@ -33,6 +35,7 @@ mod ring;
 mod serve;
 mod slave;
 
+use acyclic::Uses;
 use habits::Habit;
 use mistakes::Mistake;
 use ring::Ring;
@@ -72,6 +75,8 @@ pub(crate) struct Settings {
     pub(crate) ttr: Option<Duration>,
     pub(crate) stations: Vec<Configured>,
     pub(crate) habits: Vec<Habit>,
+    /// DP-V1, at every slave.
+    pub(crate) uses: Uses,
 }
 
 /// The rate, unless another one is set.
@@ -102,6 +107,7 @@ impl Settings {
             ttr: None,
             stations: stations.iter().map(configured).collect(),
             habits: Vec::new(),
+            uses: Uses::NOTHING,
         }
     }
 }
@@ -134,6 +140,7 @@ pub(crate) struct TestMaster {
     rested: (u32, usize),
     /// Not before.
     next: Instant,
+    now: Instant,
     heard: Vec<u8>,
     sent: u32,
     /// Telegrams beside the cycle.
@@ -180,13 +187,15 @@ impl TestMaster {
     pub(crate) fn new(settings: Settings, mistake: Option<Mistake>) -> Self {
         let left_out = |at: usize| mistake == Some(Mistake::FewStations) && at == 10;
         let served = settings.stations.iter().enumerate().filter(|(at, _)| !left_out(*at));
-        let slaves = served.map(|(_, configured)| Slave::new(configured)).collect();
+        let slave = |configured| Slave::new(configured, settings.uses, mistake);
+        let slaves = served.map(|(_, configured)| slave(configured)).collect();
         let beside = if settings.token { vec![Beside::Claim, Beside::Claim] } else { Vec::new() };
         Self {
             next: match mistake {
                 Some(Mistake::NoListening) => Instant::ZERO,
                 _ => Instant::ZERO + settings.slot * (6 + 2 * u32::from(settings.address)),
             },
+            now: Instant::ZERO,
             ring: Ring::new(settings.address),
             controls: if settings.class_2 { VecDeque::new() } else { VecDeque::from([(CLEAR, 0)]) },
             settings,
@@ -252,6 +261,7 @@ impl TestMaster {
 
     /// The next telegram, if it is time for one.
     fn next_telegram(&mut self, now: Instant) -> Option<Vec<u8>> {
+        self.now = now;
         let silent = self.dead || self.stop == Stop::Stopped;
         if silent || self.sending || self.waits.is_some() {
             return None;
@@ -438,6 +448,9 @@ impl TestMaster {
         if stops && slave.turns > 1 {
             slave.open = None;
             return;
+        }
+        if let Some(services) = &mut slave.services {
+            services.silence(now, mistake);
         }
         let was_there = slave.operational;
         if !was_there {

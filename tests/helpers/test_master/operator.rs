@@ -2,6 +2,7 @@
 
 use profidrive::time::Instant;
 
+use super::acyclic::Wanted;
 use super::mistakes::Mistake;
 use super::slave::Slave;
 use super::{CLEAR, Stop, TestMaster};
@@ -45,8 +46,7 @@ impl TestMaster {
                 self.controls.push_back((CLEAR, 0));
             }
             ["outputs", address, hex] => {
-                let octet = |at: usize| u8::from_str_radix(&hex[at..at + 2], 16).unwrap();
-                let outputs = (0..hex.len()).step_by(2).map(octet).collect();
+                let outputs = octets(hex);
                 let number: u8 = address.parse().unwrap();
                 let wrong = self.does(Mistake::OtherOutputs);
                 let torn = self.does(Mistake::TornOutputs);
@@ -58,8 +58,32 @@ impl TestMaster {
             ["unsync", group] => self.controls.push_back((0x10, groups(group))),
             ["freeze", group] => self.controls.push_back((0x08, groups(group))),
             ["unfreeze", group] => self.controls.push_back((0x04, groups(group))),
+            ["read", address, slot, index, len] => {
+                return self.want(address, slot, index, Err(len.parse().unwrap()));
+            }
+            ["write", address, slot, index, hex] => {
+                return self.want(address, slot, index, Ok(octets(hex)));
+            }
             _ => return false,
         }
         true
     }
+
+    /// The user wants a record; `false`: of a slave without DP-V1.
+    fn want(&mut self, address: &str, slot: &str, index: &str, data: Result<Vec<u8>, u8>) -> bool {
+        let number: u8 = address.parse().unwrap();
+        let slave = self.slaves.iter_mut().find(|slave| slave.configured.address == number).unwrap();
+        let Some(services) = &mut slave.services else { return false };
+        services.wanted.push_back(Wanted {
+            slot: slot.parse().unwrap(),
+            index: index.parse().unwrap(),
+            data,
+        });
+        true
+    }
+}
+
+fn octets(hex: &str) -> Vec<u8> {
+    let octet = |at: usize| u8::from_str_radix(&hex[at..at + 2], 16).unwrap();
+    (0..hex.len()).step_by(2).map(octet).collect()
 }

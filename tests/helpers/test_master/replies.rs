@@ -5,8 +5,9 @@ use profidrive::profibus::fdl::telegram::{Decoded, decode};
 use profidrive::profibus::fdl::{Address, FrameError, Function, ReplyStatus, StationType, Telegram};
 use profidrive::time::Instant;
 
+use super::acyclic::Services;
 use super::mistakes::Mistake;
-use super::slave::State;
+use super::slave::{Slave, State};
 use super::{Stop, TestMaster, Wait};
 
 impl TestMaster {
@@ -93,16 +94,30 @@ impl TestMaster {
         }
         self.confirm(turn);
         let asked_diag = self.slaves[turn].wants_diag;
-        if self.slaves[turn].state == State::Exchange && status.is_some() {
+        let was_service = self.slaves[turn].services.as_ref().is_some_and(Services::is_asking);
+        if !was_service && self.slaves[turn].state == State::Exchange && status.is_some() {
             self.slaves[turn].exchanged = now;
         }
-        self.react(turn, status, &data);
+        let exchanges = self.slaves[turn].state == State::Exchange;
+        if was_service {
+            self.serviced(turn, status, &data);
+        } else {
+            self.react(turn, status, &data);
+        }
+        // Behind each reply comes a telegram of a service, if there is one; for the owner only in data exchange.
+        let serves = !was_service && self.stop == Stop::No && !self.settings.class_2;
+        let mistake = self.mistake;
+        let Slave { services, turns, state, .. } = &mut self.slaves[turn];
+        let owns = exchanges && *state == State::Exchange;
+        let services = services.as_mut().filter(|_| serves);
+        let serves = services.is_some_and(|services| services.prepare(now, (*turns, owns), mistake));
         let slave = &self.slaves[turn];
         let stays = match self.mistake {
             Some(Mistake::StarvesAtDh) => asked_diag || slave.wants_diag,
             Some(Mistake::WaitsForReady) => slave.state == State::Diag2 && slave.not_ready > 0,
             _ => false,
         };
+        let stays = stays || serves;
         self.turn += usize::from(!stays);
         self.next =
             now + if self.does(Mistake::ShortIdle) { self.settings.baud.bit_times(20) } else { self.syn() };
@@ -236,6 +251,9 @@ impl TestMaster {
                 }
                 self.dead |= data.len() > 100 && mistake == Some(Mistake::DiesOnLongDiag);
                 let Some(diag) = Diagnosis::parse(data) else { return };
+                if let Some(services) = &mut slave.services {
+                    services.note(data, mistake);
+                }
                 slave.faulty = diag.ext_diag;
                 let owned = diag.master.is_none_or(|owner| owner.number() != own);
                 let gone = (diag.station_not_ready || owned) && mistake != Some(Mistake::IgnoresNoOwner);
@@ -250,6 +268,16 @@ impl TestMaster {
                 }
             }
             State::Exchange => self.exchanged(turn, status, data.len()),
+        }
+    }
+
+    /// What came of a service of DP-V1.
+    fn serviced(&mut self, turn: usize, status: Option<ReplyStatus>, data: &[u8]) {
+        let (now, mistake) = (self.now, self.mistake);
+        let slave = &mut self.slaves[turn];
+        let Some(services) = &mut slave.services else { return };
+        if services.take(now, status, data, mistake) && slave.state == State::Exchange {
+            slave.restart(mistake);
         }
     }
 

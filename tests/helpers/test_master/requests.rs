@@ -17,7 +17,9 @@ impl TestMaster {
     pub(super) fn ask(&mut self, turn: usize) -> Vec<u8> {
         let wants_diag = self.slaves[turn].wants_diag;
         let takes = self.does(Mistake::TakesOver) && self.slaves[turn].turns.is_multiple_of(50);
+        let service = if self.stop == Stop::No { self.ask_service(turn) } else { None };
         let (sap, data) = match self.slaves[turn].state {
+            _ if service.is_some() => service.map(|(sap, data)| (Some(sap), data)).unwrap(),
             _ if self.settings.class_2 && takes => (Some(61), self.prm(turn)),
             _ if self.settings.class_2 => (Some(READ[self.slaves[turn].reads % READ.len()]), Vec::new()),
             _ if self.stop == Stop::Releasing => (Some(61), self.release(turn)),
@@ -81,7 +83,11 @@ impl TestMaster {
     }
 
     pub(super) fn telegram(&self, to: u8, sap: Option<u8>, fc: FunctionCode, data: &[u8]) -> Vec<u8> {
-        let mut ssap = sap.and(Sap::new(62));
+        let mut ssap = sap.and_then(|sap| match sap {
+            50 | 51 => Sap::new(51),
+            0..=49 => Sap::new(50),
+            _ => Sap::new(62),
+        });
         if self.does(Mistake::NoSsap) && sap == Some(60) {
             ssap = None;
         }
@@ -206,6 +212,10 @@ impl TestMaster {
             Some(Mistake::LongTsdr) => tsdr = 200,
             Some(Mistake::LongPrm) => user.push(0),
             Some(Mistake::Dpv1Octets) => user.extend([0, 0, 0]),
+            Some(Mistake::ReservedStatus) => user[0] |= 0x10,
+            Some(Mistake::RequiredOff) => user[1] &= !0x40,
+            Some(Mistake::EnablesEveryAlarm) => user[1] = 0xFC,
+            Some(Mistake::LongBlock) => user[3] += 1,
             Some(Mistake::OtherPrm) => user[0] ^= 1,
             Some(Mistake::OtherGroups) => groups ^= 1,
             Some(Mistake::WatchdogOff) => (status, factors) = (0x80, [0, 0]),

@@ -4,6 +4,7 @@ use profidrive::profibus::dp::{Diagnosis, IoLengths};
 use profidrive::time::Instant;
 
 use super::Configured;
+use super::acyclic::{Services, Uses};
 use super::mistakes::Mistake;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,10 +61,12 @@ pub(super) struct Slave {
     /// Get_Cfg, and the first of two Slave_Diags, were answered in this start-up.
     pub(super) has_read_cfg: bool,
     pub(super) has_diagnosed: bool,
+    /// DP-V1.
+    pub(super) services: Option<Services>,
 }
 
 impl Slave {
-    pub(super) fn new(configured: &Configured) -> Self {
+    pub(super) fn new(configured: &Configured, uses: Uses, mistake: Option<Mistake>) -> Self {
         Self {
             configured: configured.clone(),
             lengths: IoLengths::of(&configured.cfg).unwrap(),
@@ -95,6 +98,7 @@ impl Slave {
             is_there: false,
             has_read_cfg: false,
             has_diagnosed: false,
+            services: (uses != Uses::NOTHING).then(|| Services::new(uses, mistake)),
         }
     }
 
@@ -105,6 +109,9 @@ impl Slave {
         self.wrong_replies = 0;
         self.restarts = false;
         (self.has_read_cfg, self.has_diagnosed) = (false, false);
+        if let Some(services) = &mut self.services {
+            services.begin(mistake);
+        }
     }
 
     pub(super) fn count_wrong_reply(&mut self) {

@@ -44,6 +44,8 @@ pub(in crate::judge) struct Asked {
     begins: BTreeSet<u8>,
     /// Stations whose first request since a stop was seen.
     begun: BTreeSet<u8>,
+    /// Requests of DP-V1, each once: the station and the octets.
+    services: BTreeSet<(u8, Vec<u8>)>,
 }
 
 impl Observer {
@@ -76,6 +78,13 @@ impl Observer {
     pub(super) fn note_command(&mut self, command: u8, groups: u8) {
         if self.asked_for.commands.len() < KEPT {
             self.asked_for.commands.push((command, groups));
+        }
+    }
+
+    /// A request of DP-V1.
+    pub(super) fn note_service(&mut self, cycle: &Cycle) {
+        if self.asked_for.services.len() < KEPT {
+            self.asked_for.services.insert((cycle.to.number(), cycle.data().to_vec()));
         }
     }
 
@@ -124,6 +133,7 @@ impl Observer {
         view.gave_up = false;
         view.exchanging = false;
         view.cfg = Step::None;
+        view.services = Default::default();
         if begins && cycle.service == Some(dp::Service::SlaveDiag) {
             self.held(Row::Z04);
         } else {
@@ -207,6 +217,11 @@ impl Observer {
                 }
             }
             Check::Begun => self.check_new_begin(),
+            Check::Service(station, wanted) => {
+                let seen = self.asked_for.services.contains(&(station.number(), wanted.clone()));
+                let reason = format!("station {station} did not get the request {}", hex(wanted));
+                self.expect(Row::V21, seen, &reason);
+            }
             Check::AutoClear => self.note_auto_clear(),
             Check::StaysClear => self.judge_auto_clear(),
             Check::Command { wanted, undo, groups } => self.check_command(*wanted, *undo, *groups),

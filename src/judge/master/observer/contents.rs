@@ -88,6 +88,7 @@ impl Observer {
             self.judge_prm_of(cycle, &slave, u16::from_be_bytes([high, low]), group, user);
             self.judge_watchdog(cycle, &slave, status, (first, second), user);
             self.judge_modes(cycle, &slave, status, user);
+            self.judge_dpv1_status(cycle, &slave, user);
         }
     }
 

@@ -227,7 +227,7 @@ impl Observer {
         if let Some(Disturbed { what, age, .. }) = &mut view.disturbed {
             *age += 1;
             if *age >= OVER {
-                over = Some(what.row());
+                over = Some(what.proves());
             }
         }
         if over.is_some() {

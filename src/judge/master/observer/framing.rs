@@ -10,7 +10,7 @@ use crate::profibus::fdl::{Address, DataTelegram, FrameError, Function, Service,
 /// The SAP of a master for the services of DP.
 const MASTER_SAP: u8 = 62;
 /// The SAPs of DPV1.
-const DPV1_SAPS: core::ops::RangeInclusive<u8> = 48..=51;
+const DPV1_SAPS: core::ops::RangeInclusive<u8> = 0..=51;
 /// The most octets of user data.
 const MOST_DATA: usize = 244;
 /// The most octets without a pause.

@@ -18,6 +18,7 @@
 //! | `counting` | rows C and those of bad replies that the frame count bit shows |
 //! | `start_up` | rows U, D and L: what is asked when |
 //! | `contents` | rows P and G |
+//! | `acyclic`, `alarms`, `connections`, `dpv1_status` | rows V |
 //! | `exchange` | rows X, D and L of data exchange |
 //! | `control` | rows O |
 //! | `asked` | rows that need somebody who operates the master |
@@ -26,11 +27,14 @@
 //! | `measured` | the traffic in figures |
 
 mod acyclic;
+mod alarms;
 mod asked;
+mod connections;
 mod contents;
 mod control;
 mod counting;
 mod cycle;
+mod dpv1_status;
 mod exchange;
 mod framing;
 mod measured;

@@ -65,6 +65,7 @@ impl Observer {
         self.judge_count(before.as_ref(), &mut cycle);
         let retry = cycle.retry > 0;
         self.measure_cycle(&cycle);
+        self.judge_beside(&cycle);
         self.judge_interval(&cycle, retry || disturbed);
         if !retry {
             match cycle.service {
@@ -172,8 +173,8 @@ impl Observer {
                 | dp::Service::RdOutp
                 | dp::Service::GlobalControl
                 | dp::Service::GetCfg,
-            )
-            | None => {}
+            ) => {}
+            None => self.acyclic_answered(cycle, answer),
         }
     }
 

@@ -238,6 +238,8 @@ impl Observer {
             view.shown.short = true;
             return;
         };
+        self.note_alarms(cycle, octets);
+        let patience = self.patience(cycle.to);
         let owned_by_other = self.is_owned_by_other(&diag);
         let view = self.view(cycle.to);
         let faults = diag.prm_fault || diag.cfg_fault;
@@ -293,7 +295,9 @@ impl Observer {
                 view.excused = Some(due.row);
             }
             // After a bad reply a new start-up is right.
-            if view.excused.is_some() || view.calm == 0 || !cycle.is_counted() {
+            // So it is when a job of DP-V1 got no response in time.
+            let given_up = view.services.is_overdue(cycle.end, patience);
+            if view.excused.is_some() || view.calm == 0 || given_up || !cycle.is_counted() {
                 return;
             }
             let disturbance = match octets.len() {
@@ -327,6 +331,7 @@ impl Observer {
         view.announced = None;
         view.disturbed = None;
         view.dh_in_row = 0;
+        view.services.end_owners();
         view.diagnoses = 0;
         view.watchdog = prm.ok().and_then(SetPrm::watchdog);
         view.loss = Loss::None;
@@ -363,5 +368,7 @@ const fn words(disturbance: Disturbance) -> &'static str {
         Disturbance::CleanDiagnosis => "the diagnosis shows no fault",
         Disturbance::LongDiagnosis => "the diagnosis, a long one, shows no fault",
         Disturbance::Overflow => "the diagnosis shows only Ext_Diag_Overflow",
+        Disturbance::SlowJob => "a job of DP-V1 takes a while",
+        Disturbance::RefusedJob => "only a job of DP-V1 was refused",
     }
 }

@@ -2,6 +2,7 @@
 
 use core::time::Duration;
 
+use super::acyclic::Services;
 use super::cycle::Cycle;
 use crate::judge::master::rows::Row;
 use crate::profibus::dp::{Diagnosis, IoLengths};
@@ -102,6 +103,8 @@ pub(super) struct View {
     pub(super) waits: u32,
     /// First cycles in a row without answer.
     pub(super) first_run: u32,
+    /// DP-V1.
+    pub(super) services: Services,
 }
 
 /// How far a start-up service has come.
@@ -193,6 +196,10 @@ pub(super) enum Disturbance {
     CleanDiagnosis,
     LongDiagnosis,
     Overflow,
+    /// A job of DP-V1 is not over yet.
+    SlowJob,
+    /// One was refused.
+    RefusedJob,
 }
 
 impl Disturbance {
@@ -203,6 +210,22 @@ impl Disturbance {
             Self::CleanDiagnosis => Some(Row::D06),
             Self::LongDiagnosis => Some(Row::D08),
             Self::Overflow => Some(Row::D09),
+            Self::SlowJob => Some(Row::V05),
+            Self::RefusedJob => Some(Row::V07),
+        }
+    }
+
+    /// The row that holds when nothing has come of it.
+    pub(super) const fn proves(self) -> Option<Row> {
+        match self {
+            // Only the response shows that it was waited for.
+            Self::SlowJob => None,
+            Self::LostReply
+            | Self::BadReply
+            | Self::CleanDiagnosis
+            | Self::LongDiagnosis
+            | Self::Overflow
+            | Self::RefusedJob => self.row(),
         }
     }
 }
@@ -219,6 +242,7 @@ impl View {
         self.restart_due = None;
         self.disturbed = None;
         self.dh_in_row = 0;
+        self.services.end_owners();
     }
 
     /// Something was not as it should be.

@@ -2,7 +2,7 @@
 
 use core::time::Duration;
 
-use super::{Act, Check, Need, Scenario, Step, Which};
+use super::{Act, Check, Need, Scenario, Step, Which, acyclic};
 use crate::judge::master::rows::Row;
 use crate::judge::master::setup::Setup;
 
@@ -454,6 +454,9 @@ pub fn asking(setup: &Setup) -> Vec<Scenario> {
         let action = format!("{action} {groups:02X}");
         list.push(ask(&action, &[Row::S01, Row::S02, Row::S03], &action, check, 1000));
     }
+    list.extend(
+        setup.present().find(|slave| setup.has_services(slave)).map(acyclic::asked).into_iter().flatten(),
+    );
     let mut stop = ask("STOP", &[Row::Z01, Row::Z02, Row::Z03, Row::O11], "stop", Some(Check::Stop), 2500);
     let operate = Step { ask: Some("operate".into()), check: Some(Check::Operate), ..step(None, &[], 1000) };
     stop.rows.insert(0, Row::Z04);
