@@ -33,7 +33,9 @@ fn configuration(telegram: &Telegram) -> Vec<u8> {
     let (outputs, inputs) = telegram.lengths();
     let length = |octets: usize| 0xC0 | u8::try_from(octets / 2 - 1).unwrap();
     let [high, low] = telegram.number.to_be_bytes();
-    vec![0xC3, length(outputs), length(inputs), 0xFD, high, low]
+    let pkw = if telegram.has_pkw { 8 } else { 0 };
+    let signals = [0xC3, length(outputs - pkw), length(inputs - pkw), 0xFD, high, low];
+    [if telegram.has_pkw { &[0xF3][..] } else { &[] }, &signals].concat()
 }
 
 impl Rig {
@@ -137,8 +139,9 @@ fn each_telegram_of_a_speed_drive_turns_the_shaft() {
         [Signal::NsollA, Signal::NsollB].iter().any(|speed| telegram.setpoints.contains(speed))
     }) {
         let mut rig = Rig::started(telegram.number);
-        rig.run(5, &[OFF1, 0]);
-        let inputs = rig.run(1500, &[RUN, 0x2000]);
+        let pkw = if telegram.has_pkw { &[0; 4][..] } else { &[] };
+        rig.run(5, &[pkw, &[OFF1, 0]].concat());
+        let inputs = rig.run(1500, &[pkw, &[RUN, 0x2000]].concat());
         let shown = [(Signal::NistA, 0), (Signal::NistAGlatt, 0), (Signal::NistB, 16)];
         let shown =
             shown.iter().find_map(|(signal, shift)| Some(telegram.actual_value(&inputs, *signal)? >> shift));
@@ -419,4 +422,42 @@ fn a_new_configuration_while_a_block_runs_ends_it_and_the_axis_stands() {
     assert_eq!(rig.drive.is_moving(), Some(false));
     rig.run(500, &[0x047F, 0]);
     assert_eq!(rig.drive.is_moving(), Some(true), "begun anew");
+}
+
+#[test]
+fn telegrams_with_pkw_read_and_change_parameters_beside_the_process_data() {
+    for number in [353, 354] {
+        let mut rig = Rig::started(number);
+        let mut job = |ak: u16, pnu: u16, ind: u16, pwe: u32| {
+            let [a, b, c, d] = pwe.to_be_bytes();
+            let words = [ak << 12 | pnu, ind, u16::from_be_bytes([a, b]), u16::from_be_bytes([c, d])];
+            let inputs = rig.run(2, &[&words[..], &[OFF1, 0]].concat());
+            let word = |at: usize| u16::from_be_bytes([inputs[at], inputs[at + 1]]);
+            let value = u32::from(word(4)) << 16 | u32::from(word(6));
+            assert_eq!((word(0) & 0x07FF, word(2)), (pnu, ind), "the parameter is mirrored");
+            (word(0) >> 12, value)
+        };
+        assert_eq!(job(1, 922, 0, 0), (1, number.into()));
+        // Jobs 1 and 6 are the same, elements count from 0.
+        assert_eq!((job(6, 964, 0x0500, 0), job(1, 964, 0x0500, 0)), ((4, 1), (4, 1)));
+        assert_eq!((job(6, 922, 0, 0), job(9, 964, 0, 0)), ((1, number.into()), (6, 7)));
+        // 1500.0 as single precision, and 2000 on its page.
+        assert_eq!(job(3, 1082, 0, 0x44BB_8000), (2, 0x44BB_8000));
+        assert_eq!(job(1, 0, 0x0080, 0).0, 2, "PNU 2000");
+        assert_eq!(job(4, 922, 0x0002, 0).0, 7, "no such page");
+        assert_eq!(job(4, 922, 0x0200, 0), (3, 0), "no elements");
+        // What cannot be: the error numbers of record 47.
+        assert_eq!((job(1, 5, 0, 0), job(2, 922, 0, 1)), ((7, 0), (7, 1)));
+        assert_eq!((job(3, 1082, 0, 0xBF80_0000), job(6, 964, 0x0900, 0)), ((7, 2), (7, 3)));
+        assert_eq!((job(6, 922, 0x0100, 0), job(2, 1082, 0, 1)), ((7, 4), (7, 5)));
+        assert_eq!((job(2, 952, 0, 1), job(2, 927, 0, 0)), ((7, 6), (1, 0)));
+        assert_eq!(job(3, 1082, 0, 0x4480_0000), (7, 11));
+        assert_eq!(job(0, 0, 0, 0), (0, 0));
+        assert!(rig.said.iter().any(|line| line == "PKW changed PNU 1082"), "{:?}", rig.said);
+        let refused = rig.said.iter().any(|line| line.contains("refused with error 11, no control rights"));
+        assert!(refused, "{:?}", rig.said);
+        let inputs = rig.run(1500, &[0, 0, 0, 0, RUN, 0x2000]);
+        assert_eq!(rig.value(&inputs, Signal::Zsw1) & 0x07, 0x07);
+        assert!(rig.value(&inputs, Signal::NistAGlatt).abs_diff(0x2000) < 0x80);
+    }
 }

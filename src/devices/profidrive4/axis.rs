@@ -12,6 +12,7 @@ use crate::devices::servo::plant::INCREMENTS_PER_REVOLUTION;
 use crate::devices::servo::profile::Ramp;
 
 mod blocks;
+mod flying;
 
 /// Blocks that follow each other without motion in one step: more are an endless loop.
 const MOST_AT_ONCE: usize = 64;
@@ -67,6 +68,7 @@ pub(super) struct Axis {
     accepted: bool,
     outputs: u8,
     velocity_limited: bool,
+    flying: flying::Flying,
     /// The switches of a homing.
     homing_axis: Option<inputs::Axis>,
     /// Speed of the step before.
@@ -108,6 +110,10 @@ pub struct AxisStatus {
     pub tracks: bool,
     /// Referencing runs.
     pub homing: bool,
+    /// Flying referencing waits for its probe.
+    pub flying: bool,
+    /// The last edge of the probe was outside of the outer window.
+    pub mark_outside: bool,
     /// Whose motion runs.
     pub by: Option<Origin>,
     /// It goes on and on, without a target.
@@ -188,6 +194,8 @@ impl Drive {
             limit_switches: self.limit_switches(),
             tracks: self.task().track && axis.activity == Activity::Idle,
             homing: matches!(axis.activity, Activity::Homing(_)),
+            flying: axis.flying.runs,
+            mark_outside: axis.flying.outside,
             by,
             endless,
             outputs: axis.outputs,
@@ -254,6 +262,7 @@ impl Drive {
         }
         self.choose_jog_of_axis(control, &before, task);
         self.choose_homing(task, &last);
+        self.step_flying(task);
         if !control.enable_setpoint {
             self.axis.accepted = false;
         }
@@ -327,7 +336,7 @@ impl Drive {
     fn choose_homing(&mut self, task: &Task, last: &Task) {
         match self.axis.activity {
             Activity::Homing(_) if !task.home => self.give_up(),
-            Activity::Idle if task.home && !last.home => self.begin_homing(task.home_backward),
+            Activity::Idle if task.home && !last.home && !task.fly => self.begin_homing(task.home_backward),
             Activity::Idle
             | Activity::Homing(_)
             | Activity::Travel { .. }

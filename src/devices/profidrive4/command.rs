@@ -43,6 +43,12 @@ pub struct Task {
     pub limit_switches: bool,
     /// Referencing begins backward.
     pub home_backward: bool,
+    /// Referencing is flying: by the edge of a probe, beside everything else.
+    pub fly: bool,
+    /// Its probe is the second.
+    pub second_probe: bool,
+    /// Its edge is the falling one.
+    pub falling_edge: bool,
     /// The number of the traversing block.
     pub block: u8,
     /// The master's own target, in place of a block.
@@ -63,6 +69,9 @@ impl Default for Task {
             software_limits: false,
             limit_switches: false,
             home_backward: false,
+            fly: false,
+            second_probe: false,
+            falling_edge: false,
             block: 0,
             mdi: None,
             velocity_part: 1.0,

@@ -27,6 +27,8 @@ pub enum Event {
     Referenced,
     /// The reference is not set: the axis has something to do.
     ReferenceRefused,
+    /// The edge of the probe came too far from the reference position: nothing is corrected.
+    MarkOutside,
     /// A motion to a target begins.
     Travel {
         /// Who asked for it.
@@ -59,6 +61,7 @@ impl Event {
             self,
             Self::JogRefused
                 | Self::ReferenceRefused
+                | Self::MarkOutside
                 | Self::TaskRefused
                 | Self::NotReferenced
                 | Self::BeyondLimit
@@ -91,6 +94,10 @@ impl fmt::Display for Event {
             Self::ReferenceRefused => {
                 f.write_str("the reference is not set: the axis must stand and have no task; next: end the task")
             }
+            Self::MarkOutside => f.write_str(
+                "flying referencing: the probe is farther from the reference position than the outer window, nothing is corrected; \
+                 next: check PNU 2599 and 2602",
+            ),
             Self::Travel { by: Origin::Mdi } => f.write_str("travel to the target of the master"),
             Self::Travel { by: Origin::Jog } => f.write_str("travel of a jog"),
             Self::Travel { by: Origin::Block(number) } => write!(f, "travel of traversing block {number}"),

@@ -77,6 +77,8 @@ const MAX_EVENTS: usize = 16;
 pub struct Drive {
     settings: Settings,
     inputs: Inputs,
+    /// The measuring probes.
+    probes: [bool; 2],
     plant: Plant,
     /// What is demanded of the shaft.
     demand: Demand,
@@ -146,6 +148,7 @@ impl Drive {
         Self {
             settings: Settings::default(),
             inputs: Inputs::NOMINAL,
+            probes: [false; 2],
             plant: Plant::new(Constants::DEFAULT),
             demand: Demand::default(),
             state: State::default(),
@@ -168,8 +171,9 @@ impl Drive {
 
     /// The same drive switched off and on again, with these settings: the shaft stays where it is and turns on.
     pub(crate) fn restart(&mut self, now: Instant) {
-        let Self { inputs, plant, settings, blocks, .. } = core::mem::replace(self, Self::new(now));
+        let Self { inputs, probes, plant, settings, blocks, .. } = core::mem::replace(self, Self::new(now));
         (self.inputs, self.plant, self.settings, self.blocks) = (inputs, plant, settings, blocks);
+        self.probes = probes;
         self.demand = Demand { position: self.plant.position, velocity: self.plant.velocity };
     }
 
@@ -228,6 +232,17 @@ impl Drive {
     pub(crate) const fn inputs_mut(&mut self) -> &mut Inputs {
         self.at_rest = false;
         &mut self.inputs
+    }
+
+    /// Its measuring probes.
+    pub(crate) const fn probes(&self) -> [bool; 2] {
+        self.probes
+    }
+
+    /// Closes or opens its measuring probes.
+    pub(crate) const fn set_probes(&mut self, probes: [bool; 2]) {
+        self.at_rest = false;
+        self.probes = probes;
     }
 
     /// Its fault buffer.

@@ -113,6 +113,10 @@ settings! {
     JogWay1 = 2587: "Jog 1 way", "LU", Double, 0.0, 2_147_482_647.0, 1000.0;
     JogWay2 = 2588: "Jog 2 way", "LU", Double, 0.0, 2_147_482_647.0, 1000.0;
     ReferencePosition = 2599: "Reference position", "LU", Signed, -2_147_482_648.0, 2_147_482_647.0, 0.0;
+    /// Flying referencing corrects no less.
+    InnerWindow = 2601: "Inner window", "LU", Double, 0.0, 2_147_482_647.0, 0.0;
+    /// Flying referencing corrects no more; 0: anything.
+    OuterWindow = 2602: "Outer window", "LU", Double, 0.0, 2_147_482_647.0, 0.0;
     /// 1: referencing begins backward.
     HomingBackward = 2604: "Referencing backward", "", Word, 0.0, 1.0, 0.0;
     HomingVelocity = 2605: "Velocity to the reference cam", "1000 LU/min", Double, 1.0, 40_000_000.0, 5000.0;

@@ -117,6 +117,8 @@ fn refusal(pkw: Pkw) -> Option<(ErrorNumber, String)> {
         | JobError::DescriptionReadOnly
         | JobError::WriteOnly
         | JobError::NotStored
+        | JobError::OnlyZero
+        | JobError::NoRight
         | JobError::ReadOnly
         | JobError::OutOfRange { .. }
         | JobError::SubindexOutOfRange { .. }

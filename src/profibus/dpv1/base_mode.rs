@@ -317,6 +317,29 @@ impl ParameterError {
     }
 }
 
+/// The description of a parameter: 46 octets in twelve elements (`profidrive-v2.md` 6).
+pub(crate) mod description {
+    /// Bits of the identifier: 14, 10 and 9; bits 7 to 0 are the format.
+    pub(crate) const ARRAY: u16 = 0x4000;
+    /// There are texts of the values.
+    pub(crate) const HAS_TEXTS: u16 = 0x0400;
+    /// The parameter can only be read.
+    pub(crate) const CANNOT_BE_WRITTEN: u16 = 0x0200;
+
+    /// Each unit with its variable index and conversion index; 0 and 0: none.
+    pub(crate) const UNITS: [(&str, [u8; 2]); 9] = [
+        ("s", [4, 0]),
+        ("ms", [4, 0xFD]),
+        ("kW", [9, 3]),
+        ("rpm", [11, 67]),
+        ("Nm", [16, 0]),
+        ("°C", [17, 0]),
+        ("V", [21, 0]),
+        ("A", [22, 0]),
+        ("%", [24, 0]),
+    ];
+}
+
 #[cfg(test)]
 mod tests {
     use std::vec::Vec;

@@ -107,6 +107,12 @@ pub enum JobError {
         /// Width of the value found.
         got: Width,
     },
+    /// The value may only be set to 0.
+    #[error("the value may only be set to 0")]
+    OnlyZero,
+    /// The master has no right to change parameters.
+    #[error("parameters may not be changed now")]
+    NoRight,
     /// Everything about the write is right, only not in the present operating state, and why.
     #[error("not possible now: {0}")]
     NotNow(&'static str),
@@ -121,7 +127,7 @@ impl JobError {
 
 /// The number in word 4 of a reply "job not executable" (manual table 10).
 ///
-/// [`JobError`] leads to 0 to 5, 7, 9, 14 and 17 to 19; a master may meet the others in replies of other drives.
+/// [`JobError`] leads to 0 to 7, 9, 11, 14 and 17 to 19; a master may meet the others in replies of other drives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, VariantArray)]
 pub enum ErrorNumber {
     /// 0
@@ -231,6 +237,8 @@ impl From<JobError> for ErrorNumber {
             JobError::SubindexOutOfRange { .. } | JobError::NoElement { .. } => Self::FaultySubindex,
             JobError::NotAnArray => Self::NoArray,
             JobError::IsArray { .. } | JobError::WrongWidth { .. } => Self::WrongDataType,
+            JobError::OnlyZero => Self::OnlyResettable,
+            JobError::NoRight => Self::NoControlRights,
             JobError::NotNow(_) => Self::OperatingState,
         }
     }

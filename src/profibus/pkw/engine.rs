@@ -23,6 +23,8 @@ pub struct Config {
     pub from_zero: bool,
     /// Jobs 11 to 14 are 8, 7, 3 and 2, the value to be kept.
     pub keeping_jobs: bool,
+    /// Jobs 1, 2 and 3 are 6, 7 and 8 for an array, and the other way round for a single value.
+    pub same_jobs: bool,
 }
 
 /// What the octet of IND without the sub-index means (`profidrive-v2.md` 2).
@@ -35,16 +37,34 @@ pub enum Pages {
     None,
     /// Bit 7 of the low octet: the parameters from 2000 on.
     Of2000,
+    /// The low octet is one of those that drives of one maker have for the parameters from 2000 on.
+    OfMaker,
 }
+
+/// The pages of [`Pages::OfMaker`]: the low octet of IND, and the first parameter.
+const MAKERS_PAGES: [(u8, u16); 8] = [
+    (0x80, 2000),
+    (0x90, 6000),
+    (0x20, 8000),
+    (0xA0, 10_000),
+    (0x50, 20_000),
+    (0x70, 29_000),
+    (0xF0, 30_000),
+    (0x74, 60_000),
+];
 
 impl Pages {
     /// The parameter that a job names.
-    const fn parameter(self, job: Pkw) -> Result<u16, JobError> {
+    fn parameter(self, job: Pkw) -> Result<u16, JobError> {
         let (pnu, page) = (job.pke.pnu(), job.ind.low_octet());
         match (self, page) {
-            (Self::Ignored, _) | (Self::None | Self::Of2000, 0) => Ok(pnu),
+            (Self::Ignored, _) | (Self::None | Self::Of2000 | Self::OfMaker, 0) => Ok(pnu),
             (Self::Of2000, 0x80) => Ok(pnu.saturating_add(2000)),
             (Self::None | Self::Of2000, got) => Err(JobError::NoPage { got }),
+            (Self::OfMaker, got) => {
+                let first = MAKERS_PAGES.iter().find(|(octet, _)| *octet == got);
+                first.map(|(_, first)| pnu.saturating_add(*first)).ok_or(JobError::NoPage { got })
+            }
         }
     }
 }
@@ -253,6 +273,9 @@ impl Engine {
             id = reserved.keeping().ok_or(JobError::UnknownJob(reserved))?;
         }
         let pnu = self.config.pages.parameter(job)?;
+        if self.config.same_jobs {
+            id = same(id, table.elements(pnu)?.is_some(), subindex)?;
+        }
         match id {
             JobId::NoJob => Ok(Done::Answer(Pkw::ZERO)),
             JobId::Read => {
@@ -296,6 +319,24 @@ impl Engine {
         let reply = answer(job, ReplyId::NotExecutable, u32::from(number.number()));
         (reply, Refusal { job, pnu: pnu.unwrap_or_else(|_| job.pke.pnu()), number, cause })
     }
+}
+
+/// The job that does what `id` asks of an array, or of a single value.
+const fn same(id: JobId, is_array: bool, subindex: u8) -> Result<JobId, JobError> {
+    Ok(match (id, is_array) {
+        (JobId::Read, true) => JobId::ReadElement,
+        (JobId::WriteWord, true) => JobId::WriteElementWord,
+        (JobId::WriteDoubleWord, true) => JobId::WriteElementDoubleWord,
+        (JobId::ReadElement | JobId::WriteElementWord | JobId::WriteElementDoubleWord, false)
+            if subindex != 0 =>
+        {
+            return Err(JobError::NotAnArray);
+        }
+        (JobId::ReadElement, false) => JobId::Read,
+        (JobId::WriteElementWord, false) => JobId::WriteWord,
+        (JobId::WriteElementDoubleWord, false) => JobId::WriteDoubleWord,
+        (id, _) => id,
+    })
 }
 
 /// What becomes of the reply to an executed job.

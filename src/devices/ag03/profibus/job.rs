@@ -103,7 +103,9 @@ impl fmt::Display for JobText {
             | JobError::DescriptionTooLong
             | JobError::NoDescription
             | JobError::DescriptionReadOnly
-            | JobError::WriteOnly => Ok(()),
+            | JobError::WriteOnly
+            | JobError::OnlyZero
+            | JobError::NoRight => Ok(()),
         }
     }
 }

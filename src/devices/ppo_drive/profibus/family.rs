@@ -53,6 +53,14 @@ impl Family {
             Self::Simodrive611u => (SubindexOctet::Low, Pages::Ignored, true),
         };
         let keeping_jobs = matches!(self, Self::Micromaster);
-        Config { latency: 0, subindex, read_element_by_plain_job: false, pages, from_zero, keeping_jobs }
+        Config {
+            latency: 0,
+            subindex,
+            read_element_by_plain_job: false,
+            pages,
+            from_zero,
+            keeping_jobs,
+            same_jobs: false,
+        }
     }
 }

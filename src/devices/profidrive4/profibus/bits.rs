@@ -116,7 +116,10 @@ bits_of_word! {
         SetReference = 1: "set the reference (edge)";
         Cam = 2: "on the reference cam";
         Incremental = 5: "jog a way";
+        Flying = 8: "flying referencing";
         HomeBackward = 9: "reference backward first";
+        SecondProbe = 10: "flying referencing by probe 2";
+        FallingEdge = 11: "flying referencing by the falling edge";
         SoftwareLimits = 14: "software limits on";
         LimitSwitches = 15: "limit switches on";
     }
@@ -135,6 +138,7 @@ bits_of_word! {
         SwitchPlus = 9: "limit switch plus";
         Jog = 10: "jogging";
         Homing = 11: "referencing";
+        Flying = 12: "flying referencing";
         Blocks = 13: "traversing blocks";
         SetUp = 14: "set up";
         Mdi = 15: "MDI";
@@ -147,6 +151,7 @@ bits_of_word! {
         Tracks = 0: "follows the shaft";
         VelocityLimited = 1: "velocity limited";
         SetpointStands = 2: "the setpoint stands";
+        MarkOutside = 3: "the probe is outside of the outer window";
         Forward = 4: "forward";
         Backward = 5: "backward";
         LimitMinus = 6: "software limit minus";

@@ -25,6 +25,10 @@ const fn number(name: &'static str, about: &'static str) -> Input {
 }
 
 const FAULT: Input = number("fault_number", "raises the fault of this number");
+const PROBES: [Input; 2] = [
+    Input { name: "probe_1", about: "measuring probe 1 is closed", kind: InputKind::Switch },
+    Input { name: "probe_2", about: "measuring probe 2 is closed", kind: InputKind::Switch },
+];
 const WARNING: Input = number("warning_number", "the warning that stands, 0: none");
 
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "float to integer saturates")]
@@ -111,6 +115,9 @@ impl<A: Application> Surroundings for ProfidriveDevice<TelegramOnly<A>> {
         tell(&FAULT, first(self.first_fault().map(Fault::number)));
         tell(&WARNING, first(self.first_warning()));
         self.drive().inputs().each_level(tell);
+        for (probe, closed) in PROBES.iter().zip(self.drive().probes()) {
+            tell(probe, Level::Switch(closed));
+        }
     }
 
     fn set_input(&mut self, now: Instant, name: &str, level: Level) {
@@ -124,6 +131,13 @@ impl<A: Application> Surroundings for ProfidriveDevice<TelegramOnly<A>> {
                     self.parameters.drive.warn(whole(number), true);
                 }
             }
+            Level::Switch(on) if PROBES.iter().any(|probe| probe.name == name) => {
+                let drive = &mut self.parameters.drive;
+                let mut probes = drive.probes();
+                let own = probes.iter_mut().zip(&PROBES).filter(|(_, probe)| probe.name == name);
+                own.for_each(|(closed, _)| *closed = on);
+                drive.set_probes(probes);
+            }
             Level::Number(_) | Level::Switch(_) | Level::Own => {
                 self.parameters.drive.inputs_mut().change(name, level);
             }
@@ -133,12 +147,18 @@ impl<A: Application> Surroundings for ProfidriveDevice<TelegramOnly<A>> {
 
     fn nominal(&self, name: &str) -> Option<Level> {
         let is_number = name == FAULT.name || name == WARNING.name;
-        if is_number { Some(Level::Number(0.0)) } else { Inputs::NOMINAL.level(name) }
+        let is_probe = PROBES.iter().any(|probe| probe.name == name);
+        match () {
+            () if is_number => Some(Level::Number(0.0)),
+            () if is_probe => Some(Level::Switch(false)),
+            () => Inputs::NOMINAL.level(name),
+        }
     }
 
     fn make_nominal(&mut self, now: Instant) {
         self.parameters.drive.end_raised_warnings();
         *self.parameters.drive.inputs_mut() = Inputs::NOMINAL;
+        self.parameters.drive.set_probes([false; 2]);
         self.cycles.wake(now);
     }
 

@@ -5,6 +5,7 @@ use core::fmt;
 use crate::devices::profidrive4;
 use crate::face::{DeviceEvent, EventKind};
 use crate::profibus::dpv1::base_mode::{ParameterAddress, ParameterError, Service};
+use crate::profibus::pkw;
 
 /// What happened in a drive.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,6 +18,15 @@ pub enum Event {
         /// Which.
         address: ParameterAddress,
     },
+    /// A parameter was changed by PKW.
+    Written {
+        /// Which.
+        pnu: u16,
+        /// Which element of it, from 0.
+        element: u16,
+    },
+    /// A job of PKW was refused.
+    JobRefused(pkw::Refusal),
     /// A request of record 47 was answered with an error.
     Refused {
         /// At which slot.
@@ -46,8 +56,10 @@ impl DeviceEvent for Event {
             Self::Drive(profidrive4::Event::Fault(_)) => EventKind::Fault,
             Self::Drive(event) if event.is_refusal() => EventKind::CommandRefused,
             Self::Drive(_) => EventKind::Drive,
-            Self::Changed { .. } | Self::Stored | Self::NotStored => EventKind::Parameter,
-            Self::Refused { .. } => EventKind::JobRefused,
+            Self::Changed { .. } | Self::Written { .. } | Self::Stored | Self::NotStored => {
+                EventKind::Parameter
+            }
+            Self::Refused { .. } | Self::JobRefused(_) => EventKind::JobRefused,
             Self::Reset => EventKind::Power,
         }
     }
@@ -65,6 +77,9 @@ impl fmt::Display for Event {
                     more => write!(f, ", {more} elements from {subindex}"),
                 }
             }
+            Self::Written { pnu, element: 0 } => write!(f, "PKW changed PNU {pnu}"),
+            Self::Written { pnu, element } => write!(f, "PKW changed PNU {pnu}.{element}"),
+            Self::JobRefused(refusal) => refusal.fmt(f),
             Self::Refused {
                 slot,
                 axis,

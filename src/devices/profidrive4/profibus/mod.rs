@@ -12,6 +12,7 @@
 //! | `table` | every parameter, as a row |
 //! | `parameters`, `value` | their values, and the octets of them |
 //! | `requests` | what is answered to a request in record 47 |
+//! | `channel` | the same by PKW |
 //! | `records`, `beside` | the records of the station; who is told of them |
 //! | `memory` | what it keeps when it is stored |
 //! | `description`, `why`, `event` | what it tells of itself |
@@ -19,6 +20,7 @@
 mod application;
 mod beside;
 pub mod bits;
+mod channel;
 mod description;
 mod event;
 mod family;
@@ -40,6 +42,7 @@ pub(crate) use family::Settable;
 pub use signal::Signal;
 pub use telegram::Telegram;
 
+use channel::Channel;
 use parameters::{Effect, Known, Parameters};
 use records::{Pending, Records};
 
@@ -51,6 +54,8 @@ use crate::profibus::dp::{Application, Description};
 use crate::profibus::dpv1::{self, Identification, LastRefused, Offer, PARAMETER_INDEX};
 use crate::profibus::fdl;
 use crate::profibus::fdl::{Address, MAX_TELEGRAM_LEN};
+use crate::profibus::pkw;
+use crate::profibus::ppo::Pkw;
 use crate::time::{BaudRate, Instant};
 
 /// The ident number of a drive that is nobody's in particular.
@@ -83,6 +88,7 @@ pub struct ProfidriveDevice<A> {
     outputs_seen: u32,
     exchanging: bool,
     life: Life,
+    channel: pkw::Engine,
     baud: BaudRate,
     /// What is in force from the next reset on.
     stored: Vec<((u16, u8), u32)>,
@@ -128,6 +134,7 @@ impl<A: Application> ProfidriveDevice<TelegramOnly<A>> {
             outputs_seen: 0,
             exchanging: false,
             life: Life::default(),
+            channel: pkw::Engine::new(channel::CONFIG),
             baud,
             stored: Vec::new(),
             changed: false,
@@ -310,6 +317,9 @@ impl<A: Application> ProfidriveDevice<TelegramOnly<A>> {
             } else {
                 let at_rest = self.run_cycle(due, news);
                 self.cycles.ran(due, at_rest);
+                self.empty_outbox(news);
+                self.carry_out(due);
+                self.empty_outbox(news);
             }
         }
     }
@@ -341,18 +351,31 @@ impl<A: Application> ProfidriveDevice<TelegramOnly<A>> {
             }
             None => {
                 (self.command, self.life) = Default::default();
+                self.channel.reset();
                 self.parameters.drive.step(due, None);
             }
         }
         if let Some(telegram) = telegram {
+            let reply = self.answer(telegram);
             let (drive, life) = (&self.parameters.drive, self.life.own);
-            let inputs = telegram.inputs(|signal| words::actual(telegram, drive, life, signal));
+            let inputs = telegram.inputs(reply, |signal| words::actual(telegram, drive, life, signal));
             self.station.set_inputs(&inputs);
         }
         while let Some(event) = self.parameters.drive.poll_event() {
             news(StationEvent::Device(Event::Drive(event)).of_any());
         }
         !is_new && before == self.command && self.drive().is_at_rest()
+    }
+
+    /// What PKW answers.
+    fn answer(&mut self, telegram: &Telegram) -> Pkw {
+        let Some(job) = telegram.job(self.slave().outputs()) else { return Pkw::ZERO };
+        let known = self.known();
+        let Self { channel, parameters, outbox, .. } = self;
+        let mut of_drive = Channel { parameters, known: &known, told: outbox };
+        let pkw::Outcome { reply, refusal } = channel.cycle(job, &mut of_drive);
+        outbox.extend(refusal.map(Event::JobRefused));
+        reply
     }
 
     /// Counts the sign of life of the drive, and watches that of the master in each new Data_Exchange. Says whether one came.

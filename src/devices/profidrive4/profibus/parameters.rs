@@ -18,8 +18,8 @@ pub(super) const READ_ONLY: ParameterError = ParameterError(0x01);
 pub(super) const LIMITS: ParameterError = ParameterError(0x02);
 pub(super) const NO_SUBINDEX: ParameterError = ParameterError(0x03);
 pub(super) const NO_ARRAY: ParameterError = ParameterError(0x04);
-const ONLY_ZERO: ParameterError = ParameterError(0x06);
-const NO_RIGHT: ParameterError = ParameterError(0x0B);
+pub(super) const ONLY_ZERO: ParameterError = ParameterError(0x06);
+pub(super) const NO_RIGHT: ParameterError = ParameterError(0x0B);
 const NOT_IN_THIS_STATE: ParameterError = ParameterError(0x11);
 
 /// The profile of drives, and version 4.2 of it (PNU 965).

@@ -4,6 +4,7 @@ use super::parameters::{Known, NO_PARAMETER, OBJECT, Parameters, Wrong};
 use super::table::Entry;
 use super::value;
 use crate::profibus::dpv1::MAX_DATA;
+use crate::profibus::dpv1::base_mode::description::{ARRAY, CANNOT_BE_WRITTEN, HAS_TEXTS, UNITS};
 use crate::profibus::dpv1::base_mode::{
     Attribute, Format, HEAD_LEN, Head, MAX_PARAMETERS, ParameterAddress, ParameterError, Service, Values,
 };
@@ -26,11 +27,6 @@ const MAX_ELEMENTS: u8 = 234;
 const TEXT_LEN: usize = 16;
 /// The octets that each parameter needs at least in a response: an error.
 const LEAST: usize = 4;
-
-/// Bits of the identifier of a description: 14, 10 and 9; bits 7 to 0 are the format.
-const ARRAY: u16 = 0x4000;
-const HAS_TEXTS: u16 = 0x0400;
-const CANNOT_BE_WRITTEN: u16 = 0x0200;
 
 /// What became of one parameter, for the log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -225,7 +221,7 @@ fn describe(parameters: &Parameters, known: &Known, entry: &Entry, element: u16)
 }
 
 /// The twelve elements of a description (`profidrive-v2.md` 6).
-fn elements_of(parameters: &Parameters, known: &Known, entry: &Entry) -> [(Format, Vec<u8>); 12] {
+pub(super) fn elements_of(parameters: &Parameters, known: &Known, entry: &Entry) -> [(Format, Vec<u8>); 12] {
     let count = parameters.count(entry, known);
     let when = |set: bool, flag: u16| if set { flag } else { 0 };
     let identifier = u16::from(entry.format.0)
@@ -258,18 +254,7 @@ fn elements_of(parameters: &Parameters, known: &Known, entry: &Entry) -> [(Forma
 
 /// Variable index and conversion index of a unit; 0: none.
 fn variable(unit: &str) -> [u8; 2] {
-    match unit {
-        "s" => [4, 0],
-        "ms" => [4, 0xFD],
-        "kW" => [9, 3],
-        "rpm" => [11, 67],
-        "Nm" => [16, 0],
-        "°C" => [17, 0],
-        "V" => [21, 0],
-        "A" => [22, 0],
-        "%" => [24, 0],
-        _ => [0, 0],
-    }
+    UNITS.iter().find(|(known, _)| *known == unit).map_or([0, 0], |(_, indices)| *indices)
 }
 
 fn change(

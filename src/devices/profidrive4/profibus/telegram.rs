@@ -2,15 +2,21 @@
 
 use super::signal::Signal;
 use crate::profibus::dp::chk_cfg::{Identifier, Units, identifiers};
+use crate::profibus::ppo::Pkw;
 
 /// The first octet of the three of the maker behind a special identifier that names a telegram; its number follows.
 const NAMES_A_TELEGRAM: u8 = 0xFD;
+
+/// The octets of PKW.
+const PKW_LEN: usize = 8;
 
 /// A telegram.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Telegram {
     /// Its number (PNU 922).
     pub number: u16,
+    /// The four words of PKW are in front of its signals.
+    pub has_pkw: bool,
     /// Its number on the command line.
     pub word: &'static str,
     /// From the master.
@@ -20,11 +26,12 @@ pub struct Telegram {
 }
 
 macro_rules! telegrams {
-    ($($number:literal: [$($setpoint:ident)*] [$($actual:ident)*];)*) => {
+    ($($number:literal $(+ $pkw:ident)?: [$($setpoint:ident)*] [$($actual:ident)*];)*) => {
         impl Telegram {
             /// Every telegram.
             pub const ALL: &'static [Self] = &[$(Self {
                 number: $number,
+                has_pkw: false $(|| stringify!($pkw).len() > 0)?,
                 word: stringify!($number),
                 setpoints: &[$(Signal::$setpoint),*],
                 actual_values: &[$(Signal::$actual),*],
@@ -58,6 +65,8 @@ telegrams! {
     111: [Stw1 PosStw1 PosStw2 Stw2 Override MdiTarpos MdiVelocity MdiAcc MdiDec Free]
         [Zsw1 PosZsw1 PosZsw2 Zsw2 Meldw XistA NistB FaultCode WarnCode Free];
     352: [Stw1 NsollA Free Free Free Free] [Zsw1 NistAGlatt IaistGlatt MistGlatt WarnCode FaultCode];
+    353 + Pkw: [Stw1 NsollA] [Zsw1 NistAGlatt];
+    354 + Pkw: [Stw1 NsollA Free Free Free Free] [Zsw1 NistAGlatt IaistGlatt MistGlatt WarnCode FaultCode];
 }
 
 fn octets(signals: &[Signal]) -> usize {
@@ -86,22 +95,38 @@ impl Telegram {
 
     /// Octets from the master, and to it.
     pub fn lengths(&self) -> (usize, usize) {
-        (octets(self.setpoints), octets(self.actual_values))
+        (self.pkw_len() + octets(self.setpoints), self.pkw_len() + octets(self.actual_values))
+    }
+
+    /// The octets of PKW in front of the signals.
+    const fn pkw_len(&self) -> usize {
+        if self.has_pkw { PKW_LEN } else { 0 }
+    }
+
+    /// The job of PKW in the octets from the master; `None`: the telegram has none.
+    pub(super) fn job(&self, outputs: &[u8]) -> Option<Pkw> {
+        outputs.first_chunk().copied().map(Pkw::from_octets).filter(|_| self.has_pkw)
     }
 
     /// The telegram of a configuration: that which it names, else the first of its lengths. `only`: no other one will do.
     pub(crate) fn of_configuration(configuration: &[u8], only: Option<&Self>) -> Option<&'static Self> {
         let (mut outputs, mut inputs, mut named) = (0, 0, None);
+        let mut has_pkw = false;
         for octets in identifiers(configuration) {
             let Ok((identifier, _)) = Identifier::read(octets) else { return None };
-            outputs += identifier.outputs.map_or(0, Units::octets);
-            inputs += identifier.inputs.map_or(0, Units::octets);
+            let both =
+                (identifier.outputs.map_or(0, Units::octets), identifier.inputs.map_or(0, Units::octets));
+            // PKW is an identifier of its own in front of the others.
+            has_pkw |= (outputs, inputs, both) == (0, 0, (PKW_LEN, PKW_LEN));
+            outputs += both.0;
+            inputs += both.1;
             if let (Some(3), [.., NAMES_A_TELEGRAM, high, low]) = (identifier.manufacturer, octets) {
                 named = Some(u16::from_be_bytes([*high, *low]));
             }
         }
         Self::ALL.iter().find(|telegram| {
             telegram.lengths() == (outputs, inputs)
+                && telegram.has_pkw == (has_pkw && outputs > PKW_LEN)
                 && named.is_none_or(|number| number == telegram.number)
                 && only.is_none_or(|only| only.number == telegram.number)
         })
@@ -109,17 +134,17 @@ impl Telegram {
 
     /// A setpoint in the octets from the master, as a number; `None`: the telegram has none.
     pub fn setpoint(&self, outputs: &[u8], wanted: Signal) -> Option<u32> {
-        value(self.setpoints, outputs, wanted)
+        value(self.setpoints, outputs.get(self.pkw_len()..)?, wanted)
     }
 
     /// An actual value in the octets to the master, as a number; `None`: the telegram has none.
     pub fn actual_value(&self, inputs: &[u8], wanted: Signal) -> Option<u32> {
-        value(self.actual_values, inputs, wanted)
+        value(self.actual_values, inputs.get(self.pkw_len()..)?, wanted)
     }
 
-    /// The octets to the master: `value` says each signal.
-    pub(super) fn inputs(&self, value: impl Fn(Signal) -> u32) -> Vec<u8> {
-        let mut octets = Vec::new();
+    /// The octets to the master: the reply of PKW, if the telegram has one, and `value` says each signal.
+    pub(super) fn inputs(&self, reply: Pkw, value: impl Fn(Signal) -> u32) -> Vec<u8> {
+        let mut octets = if self.has_pkw { reply.to_octets().to_vec() } else { Vec::new() };
         for signal in self.actual_values {
             let value = value(*signal).to_be_bytes();
             octets.extend(value.iter().skip(value.len() - 2 * signal.words()));
@@ -151,6 +176,8 @@ mod tests {
             (110, 12, 7),
             (111, 12, 12),
             (352, 6, 6),
+            (353, 6, 6),
+            (354, 10, 10),
         ];
         let found = Telegram::ALL.iter().map(|telegram| {
             let (outputs, inputs) = telegram.lengths();
@@ -167,6 +194,10 @@ mod tests {
         assert_eq!(of(&[0xC3, 0xC1, 0xC1, 0xFD, 0x00, 0x01]), Some(1));
         assert_eq!(of(&[0xC3, 0xC5, 0xC5, 0xFD, 0x01, 0x60]), Some(352));
         assert_eq!(of(&[0xF1]), Some(1));
+        assert_eq!(of(&[0xF3, 0xC3, 0xC1, 0xC1, 0xFD, 0x01, 0x61]), Some(353));
+        // PKW in front, and six words in one.
+        assert_eq!((of(&[0xF3, 0xF1]), of(&[0xF5])), (Some(353), Some(352)));
+        assert_eq!(of(&[0xC3, 0xC5, 0xC5, 0xFD, 0x01, 0x61]), None);
         // Another number than the lengths say.
         assert_eq!(of(&[0xC3, 0xC1, 0xC1, 0xFD, 0x00, 0x14]), None);
         assert_eq!(of(&[0xF0]), None);
@@ -181,7 +212,8 @@ mod tests {
         assert_eq!(telegram.setpoint(&outputs, Signal::Momred), Some(0x1234));
         assert_eq!(telegram.setpoint(&outputs, Signal::NsollA), None);
         assert_eq!(telegram.setpoint(&outputs[..9], Signal::Momred), None);
-        let inputs = Telegram::numbered(2).unwrap().inputs(|signal| u32::from(signal.number()) << 8 | 1);
+        let inputs =
+            Telegram::numbered(2).unwrap().inputs(Pkw::ZERO, |signal| u32::from(signal.number()) << 8 | 1);
         assert_eq!(inputs, [2, 1, 0, 0, 8, 1, 4, 1]);
     }
 }

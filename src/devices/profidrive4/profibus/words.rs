@@ -125,6 +125,9 @@ fn task(telegram: &Telegram, outputs: &[u8]) -> Task {
         software_limits: PosStw2Bit::SoftwareLimits.is_set(stw2),
         limit_switches: PosStw2Bit::LimitSwitches.is_set(stw2),
         home_backward: PosStw2Bit::HomeBackward.is_set(stw2),
+        fly: PosStw2Bit::Flying.is_set(stw2),
+        second_probe: PosStw2Bit::SecondProbe.is_set(stw2),
+        falling_edge: PosStw2Bit::FallingEdge.is_set(stw2),
         block: u8::try_from((choice | of_111) & BLOCK).unwrap_or_default(),
         mdi,
         velocity_part: part_of(Signal::Override),
@@ -241,6 +244,7 @@ fn pos_zsw1(axis: &AxisStatus) -> u16 {
         | PosZsw1Bit::SwitchPlus.when(plus)
         | PosZsw1Bit::Jog.when(axis.by == Some(Origin::Jog))
         | PosZsw1Bit::Homing.when(axis.homing)
+        | PosZsw1Bit::Flying.when(axis.flying)
         | PosZsw1Bit::Blocks.when(matches!(axis.by, Some(Origin::Block(_))))
         | PosZsw1Bit::SetUp.when(mdi && axis.endless)
         | PosZsw1Bit::Mdi.when(mdi && !axis.endless)
@@ -254,6 +258,7 @@ fn pos_zsw2(drive: &Drive) -> u16 {
     PosZsw2Bit::Tracks.when(axis.tracks)
         | PosZsw2Bit::VelocityLimited.when(axis.velocity_limited)
         | PosZsw2Bit::SetpointStands.when(axis.setpoint_stands)
+        | PosZsw2Bit::MarkOutside.when(axis.mark_outside)
         | PosZsw2Bit::Forward.when(axis.direction > 0)
         | PosZsw2Bit::Backward.when(axis.direction < 0)
         | PosZsw2Bit::LimitMinus.when(minus)
@@ -361,7 +366,7 @@ mod tests {
             for at in 0..millis {
                 drive.step(Instant::from_millis(at), command.as_ref());
             }
-            telegram.inputs(|signal| actual(telegram, &drive, 0, signal))
+            telegram.inputs(crate::profibus::ppo::Pkw::ZERO, |signal| actual(telegram, &drive, 0, signal))
         };
         assert_eq!(step(&[0x04, 0x7E, 0, 0], 1), [0xEB, 0x31, 0, 0]);
         assert_eq!(step(&[0x04, 0x7F, 0, 0], 1), [0xEB, 0x33, 0, 0]);

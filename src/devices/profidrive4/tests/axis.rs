@@ -245,3 +245,43 @@ fn from_the_cam_referencing_goes_back_to_the_zero_mark() {
         );
     }
 }
+
+#[test]
+fn flying_referencing_corrects_the_position_by_the_edge_of_a_probe() {
+    let mut rig = Rig::referenced();
+    rig.drive.settings_mut().set(Setting::OuterWindow, 2000.0);
+    rig.drive.settings_mut().set(Setting::InnerWindow, 50.0);
+    let to = |target, fly| Task { home: fly, fly, ..mdi(Mdi { target, ..ABSOLUTE }) };
+    let there = rig.go(to(1000, true), 1500);
+    assert!(there.flying && there.target_reached && (there.position - 1000.0).abs() < 1.0, "{there:?}");
+    // The reference position is here: what was 1000 LU is 0, and the target is still where it was told.
+    rig.drive.set_probes([true, false]);
+    rig.run(2, Some(commanded(to(1000, true), true)));
+    assert!(rig.drive.axis().position.abs() < 1.0 && !rig.drive.axis().mark_outside);
+    // Neither the falling edge, nor the other probe, nor one within the inner window.
+    let at = |rig: &mut Rig, probes, target| {
+        rig.drive.set_probes(probes);
+        rig.go(to(target, true), 1500).position
+    };
+    assert!((at(&mut rig, [false, false], 1500) - 1500.0).abs() < 1.0);
+    assert!((at(&mut rig, [false, true], 20) - 20.0).abs() < 1.0);
+    assert!((at(&mut rig, [true, true], 20) - 20.0).abs() < 1.0);
+    // On the way: an absolute target keeps its number.
+    rig.drive.set_probes([false; 2]);
+    rig.go(to(1900, true), 60);
+    let before = rig.drive.axis().position;
+    rig.drive.set_probes([true, false]);
+    rig.run(1, Some(commanded(to(1900, true), true)));
+    assert!(rig.drive.axis().position < before.min(100.0), "{before}");
+    rig.run(2000, Some(commanded(to(1900, true), true)));
+    assert!((rig.drive.axis().position - 1900.0).abs() < 1.0);
+    // Outside of the outer window nothing is corrected.
+    rig.drive.set_probes([false; 2]);
+    rig.go(to(5000, true), 1500);
+    rig.drive.set_probes([true, false]);
+    rig.run(2, Some(commanded(to(5000, true), true)));
+    let outside = rig.drive.axis();
+    assert!(outside.mark_outside && (outside.position - 5000.0).abs() < 1.0, "{outside:?}");
+    rig.run(2, Some(commanded(to(5000, false), true)));
+    assert!(!rig.drive.axis().flying && !rig.drive.axis().mark_outside);
+}
