@@ -15,8 +15,8 @@ use crate::profibus::dpv1::connection::{
     Abort, AbortReason, AdditionalAddress, Initiate, Instance, READ_WRITE, Subnet, Terms,
 };
 use crate::profibus::dpv1::{
-    AlarmHead, Failure, Function, MAX_DATA, MAX_PDU, MS1_SAP, PduError, RESOURCE_MANAGER_SAP, RequestPdu,
-    ResponsePdu, WithCure,
+    AlarmHead, Asked, Failure, Function, MAX_DATA, MAX_PDU, MS1_SAP, PduError, RESOURCE_MANAGER_SAP,
+    RequestPdu, ResponsePdu, WithCure,
 };
 use crate::time::Instant;
 
@@ -157,10 +157,12 @@ pub enum AcyclicAnswer<'a> {
 #[non_exhaustive]
 pub enum AcyclicError {
     /// The slave refused the service.
-    #[error("{}: {}", .function.name(), WithCure(*.failure))]
+    #[error("{}: {}", Asked(.function.number(), *.place), WithCure(*.failure))]
     Refused {
         /// Which service.
         function: Function,
+        /// Of which record, by slot and index.
+        place: Option<(u8, u8)>,
         /// Why.
         failure: Failure,
     },
@@ -489,7 +491,13 @@ impl AcyclicClient {
             {
                 self.lives(now, sap);
                 let function = Function::numbered(function).unwrap_or(Function::Read);
-                return Some(Err(AcyclicError::Refused { function, failure }));
+                let place = match asked {
+                    Ok(RequestPdu::Read { slot, index, .. } | RequestPdu::Write { slot, index, .. }) => {
+                        Some((slot, index))
+                    }
+                    Ok(_) | Err(_) => None,
+                };
+                return Some(Err(AcyclicError::Refused { function, place, failure }));
             }
             (_, _) => return Some(Err(self.other(data))),
         };
@@ -514,7 +522,7 @@ impl AcyclicClient {
 
     fn refused(&mut self, function: u8, failure: Failure) -> AcyclicError {
         let function = Function::numbered(function).unwrap_or(Function::Initiate);
-        self.lost(AcyclicError::Refused { function, failure })
+        self.lost(AcyclicError::Refused { function, place: None, failure })
     }
 
     fn other(&mut self, data: &[u8]) -> AcyclicError {

@@ -70,7 +70,7 @@ pub use decoder::{Decoder, Taking};
 pub use field::{Bits, Field, Mark, hex};
 pub use known::Known;
 #[cfg(feature = "cli")]
-pub(crate) use parameters::values_text;
+pub(crate) use parameters::{description_text, values_text};
 pub use text::{HexText, TextError};
 
 use core::fmt;

@@ -1,6 +1,7 @@
 //! Requests and responses of parameters by record 47 in words.
 
 use super::field::{Field, Mark, hex};
+use crate::profibus::dpv1::base_mode::description::{ARRAY, CANNOT_BE_WRITTEN, HAS_TEXTS, UNITS};
 use crate::profibus::dpv1::base_mode::{
     ADDRESS_LEN, Attribute, Format, HEAD_LEN, Head, ParameterAddress, Service, Values,
 };
@@ -106,6 +107,42 @@ pub(crate) fn values_text(values: &Values<'_>) -> String {
     if texts.is_empty() { "no value".into() } else { texts.join(", ") }
 }
 
+/// The whole description of a parameter as a person reads it; `None`: these octets are none.
+pub(crate) fn description_text(octets: &[u8]) -> Option<String> {
+    let &[i1, i0, c1, c0, _, _, _, _, variable, conversion, _, _, _, _, ref rest @ ..] = octets else {
+        return None;
+    };
+    let (name, rest) = rest.split_first_chunk::<16>()?;
+    let (low, rest) = rest.split_first_chunk::<4>()?;
+    let (high, rest) = rest.split_first_chunk::<4>()?;
+    let identifier = u16::from_be_bytes([i1, i0]);
+    let format = Format(i0);
+    if rest.len() != 8 {
+        return None;
+    }
+    let mut text = values_text(&Values { format: Format::VISIBLE_STRING, count: 16, octets: name });
+    text.push_str(&format!(", {}", format.words()));
+    if identifier & ARRAY != 0 {
+        text.push_str(&format!(", {} elements", u16::from_be_bytes([c1, c0])));
+    }
+    // A limit is a double word, its value in the low octets.
+    let size = format.size().filter(|size| (1..=4).contains(size)).unwrap_or(4);
+    let limit = |octets: &[u8; 4]| value_text(format, octets.get(4 - size..).unwrap_or_default());
+    text.push_str(&format!(", {} to {}", limit(low), limit(high)));
+    if let Some((unit, _)) = UNITS.iter().find(|(_, indices)| *indices == [variable, conversion]) {
+        text.push_str(&format!(" {unit}"));
+    }
+    text.push_str(if identifier & CANNOT_BE_WRITTEN == 0 {
+        ", can be written"
+    } else {
+        ", can only be read"
+    });
+    if identifier & HAS_TEXTS != 0 {
+        text.push_str(", has texts");
+    }
+    Some(text)
+}
+
 fn value_text(format: Format, octets: &[u8]) -> String {
     let unsigned = octets.iter().fold(0_u64, |value, octet| value << 8 | u64::from(*octet));
     let signed = || {
@@ -203,6 +240,20 @@ mod tests {
 
     fn octets(text: &str) -> Vec<u8> {
         text.split(' ').map(|octet| u8::from_str_radix(octet, 16).unwrap()).collect()
+    }
+
+    #[test]
+    fn a_description_says_name_format_limits_and_unit() {
+        let text = |hex: &str| description_text(&octets(hex));
+        let maximum = "00 08 00 00 3F 80 00 00 0B 43 00 00 00 00 4D 61 78 69 6D 75 6D 20 73 70 65 65 64 20 20 20 \
+            00 00 00 00 48 4D 14 00 00 00 00 00 00 00 00 00";
+        let expected = "'Maximum speed', floating point, 0 to 210000 rpm, can be written";
+        assert_eq!(text(maximum).as_deref(), Some(expected));
+        let words = "46 03 00 07 3F 80 00 00 00 00 00 00 00 00 41 20 20 20 20 20 20 20 20 20 20 20 20 20 20 20 \
+            FF FF 80 00 00 00 7F FF 00 00 00 00 00 00 00 00";
+        let expected = "'A', integer of 16 bits, 7 elements, -32768 to 32767, can only be read, has texts";
+        assert_eq!(text(words).as_deref(), Some(expected));
+        assert_eq!(text("00 08 00 00"), None);
     }
 
     #[test]

@@ -74,8 +74,8 @@ fn run(line: &mut V1Line, master: u8, client: &mut AcyclicClient) -> Result<Done
     panic!("not over: {client:?}")
 }
 
-fn refused(function: Function, code: ErrorCode) -> Result<Done, AcyclicError> {
-    Err(AcyclicError::Refused { function, failure: Failure::of(code) })
+fn refused(function: Function, place: (u8, u8), code: ErrorCode) -> Result<Done, AcyclicError> {
+    Err(AcyclicError::Refused { function, place: Some(place), failure: Failure::of(code) })
 }
 
 #[test]
@@ -92,8 +92,9 @@ fn the_owner_reads_writes_and_acknowledges() {
     assert_eq!(run(&mut line, OWNER, &mut client), Ok(Done::Read(vec![1, 2])));
     client.read(now, 1, 11, 240).unwrap();
     let error = run(&mut line, OWNER, &mut client);
-    assert_eq!(error, refused(Function::Read, ErrorCode::INVALID_INDEX));
-    let words = "Read: access, invalid index (80 B0 00): the slot has no record of this index";
+    assert_eq!(error, refused(Function::Read, (1, 11), ErrorCode::INVALID_INDEX));
+    let words =
+        "Read of record 11 of slot 1: access, invalid index (80 B0 00): the slot has no record of this index";
     assert_eq!(error.unwrap_err().to_string(), words);
     let alarm = line.raise(AlarmType::Process, &[7]).unwrap();
     line.diagnosis(OWNER);
@@ -249,14 +250,18 @@ impl Model {
         let write = function == 0x5F;
         let name = if write { Function::Write } else { Function::Read };
         let outcome = match self.records.get_mut(&(slot, index)) {
-            _ if slot > 2 => refused(name, ErrorCode::INVALID_SLOT),
-            None => refused(name, ErrorCode::INVALID_INDEX),
+            _ if slot > 2 => refused(name, (slot, index), ErrorCode::INVALID_SLOT),
+            None => refused(name, (slot, index), ErrorCode::INVALID_INDEX),
             Some(record) => {
                 self.runs += 1;
                 match write {
                     false => Ok(Done::Read(record[..record.len().min(len.into())].to_vec())),
-                    true if (slot, index) == READ_ONLY => refused(name, ErrorCode::ACCESS_DENIED),
-                    true if data.len() != record.len() => refused(name, ErrorCode::WRITE_LENGTH),
+                    true if (slot, index) == READ_ONLY => {
+                        refused(name, (slot, index), ErrorCode::ACCESS_DENIED)
+                    }
+                    true if data.len() != record.len() => {
+                        refused(name, (slot, index), ErrorCode::WRITE_LENGTH)
+                    }
                     true => {
                         *record = data.to_vec();
                         Ok(Done::Written)

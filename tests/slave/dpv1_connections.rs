@@ -15,7 +15,7 @@ const READ: [u8; 4] = [0x5E, 1, 10, 240];
 const DATA: [u8; 8] = [0x5E, 1, 10, 4, 0x11, 0x22, 0x33, 0x44];
 
 /// A connection of this master, and its SAP.
-fn open(line: &mut V1Line, master: u8) -> u8 {
+pub(crate) fn open(line: &mut V1Line, master: u8) -> u8 {
     let rm = line.ask_ms2(master, 49, &INITIATE);
     assert_eq!((rm[0], &rm[2..]), (0x56, &[0, 10][..]));
     let accepted = match line.ms2(master, rm[1], &[]) {
@@ -48,10 +48,7 @@ fn v1_r69_v1_r70_v1_r72_v1_r73_the_telegrams_are_those_of_the_reference() {
     }
     let words: Vec<_> = line.events.iter().map(ToString::to_string).collect();
     assert_eq!(words[0], "opened a connection for master 3 at SAP 48");
-    assert_eq!(
-        words[1],
-        "the connection of master 3 at SAP 48 has ended: Abort of the master (no reason said)"
-    );
+    assert_eq!(words[1], "the connection of master 3 at SAP 48 has ended: the master closed it");
     assert_eq!(open(&mut line, OTHER), 48, "it can be had again");
 }
 

@@ -8,7 +8,7 @@ use super::super::args::{ParamAction, ParamChange, ParamPlace, Reach, RecordActi
 use super::say;
 use crate::client::{ParameterRefused, ParameterRequest};
 use crate::command::Failure;
-use crate::explain::{hex, values_text};
+use crate::explain::{description_text, hex, values_text};
 use crate::host::{Clock, Link};
 use crate::master::{Connection, RecordError, Session};
 use crate::profibus::dpv1::Identification;
@@ -102,7 +102,7 @@ pub(super) fn param<L: Link, C: Clock>(
         ParamAction::Describe { places, reach } => {
             let addresses: Vec<_> =
                 places.iter().map(|place| place.address(Attribute::Description)).collect();
-            show(places, &read(connection, *reach, &addresses)?, json)
+            show_as(places, &read(connection, *reach, &addresses)?, json, description_text)
         }
         ParamAction::Text { places, reach } => {
             let addresses: Vec<_> = places.iter().map(|place| place.address(Attribute::Text)).collect();
@@ -187,8 +187,21 @@ fn encoded((change, before): (&ParamChange, &Told)) -> Result<(Format, Vec<u8>),
 
 /// Shows what the drive said of each; what it refused makes the command fail.
 fn show(places: &[ParamPlace], told: &[Told], json: bool) -> Result<(), Failure> {
-    let text = |(format, octets, count): &(Format, Vec<u8>, u8)| {
-        values_text(&Values { format: *format, count: *count, octets })
+    show_as(places, told, json, |_| None)
+}
+
+/// The same, where octets may have a meaning of their own.
+fn show_as(
+    places: &[ParamPlace],
+    told: &[Told],
+    json: bool,
+    meaning: impl Fn(&[u8]) -> Option<String>,
+) -> Result<(), Failure> {
+    let meant = |value: &(Format, Vec<u8>, u8)| meaning(&value.1).filter(|_| value.0 == Format::OCTET_STRING);
+    let text = |value: &(Format, Vec<u8>, u8)| {
+        let (format, octets, count) = value;
+        let plain = || values_text(&Values { format: *format, count: *count, octets });
+        meant(value).unwrap_or_else(plain)
     };
     if json {
         let one = |(place, told): (&ParamPlace, &Told)| match told {
@@ -205,9 +218,10 @@ fn show(places: &[ParamPlace], told: &[Told], json: bool) -> Result<(), Failure>
     let mut refused = Vec::new();
     for (place, told) in places.iter().zip(told) {
         match told {
-            Ok(value) if !json => {
-                say(format_args!("{place}: {} ({})", text(value), value.0.words()))?;
-            }
+            Ok(value) if !json => match meant(value) {
+                Some(text) => say(format_args!("{place}: {text}"))?,
+                None => say(format_args!("{place}: {} ({})", text(value), value.0.words()))?,
+            },
             Ok(_) => {}
             Err(error) => {
                 let cure = match error.error.cure() {

@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use super::connection::AbortReason;
 use super::identification::FIRST;
 use super::{AlarmHead, CALL_INDEX, Channel, Failure, Function, WithCure};
 use crate::profibus::fdl::Address;
@@ -113,9 +114,9 @@ pub enum Event {
 #[non_exhaustive]
 pub enum Closed {
     /// The master ended it.
-    Aborted(super::connection::AbortReason),
+    Aborted(AbortReason),
     /// The slave refused its Initiate.
-    Refused(super::connection::AbortReason),
+    Refused(AbortReason),
     /// The master sent nothing for three times its Send_Timeout.
     Silent,
     /// The master did not fetch the answer to its Initiate.
@@ -158,16 +159,8 @@ impl fmt::Display for Event {
                 write!(f, "master {master} {what} I&M{block} ({}) of slot {slot}", FIRST.wrapping_add(*block))
             }
             Self::Refused { master, channel, function, place, failure } => {
-                match Function::numbered(*function) {
-                    Some(known) => write!(f, "refused {}", known.name())?,
-                    None => write!(f, "refused function number {function:02X}")?,
-                }
-                match place {
-                    Some((slot, CALL_INDEX)) => write!(f, " of I&M (record {CALL_INDEX}) of slot {slot}")?,
-                    Some((slot, index)) => write!(f, " of record {index} of slot {slot}")?,
-                    None => {}
-                }
-                write!(f, " of master {master}{channel}: {}", WithCure(*failure))
+                let asked = Asked(*function, *place);
+                write!(f, "refused {asked} of master {master}{channel}: {}", WithCure(*failure))
             }
             Self::AlarmDelivered { master, alarm } => write!(f, "master {master} has read the {alarm}"),
             Self::AlarmAcknowledged { master, alarm } => {
@@ -177,6 +170,7 @@ impl fmt::Display for Event {
             Self::Ended { master, sap, why } => {
                 write!(f, "the connection of master {master} at SAP {sap} has ended: ")?;
                 match why {
+                    Closed::Aborted(AbortReason(0)) => f.write_str("the master closed it"),
                     Closed::Aborted(reason) => write!(f, "Abort of the master ({})", reason.words()),
                     Closed::Refused(reason) => write!(f, "its Initiate was refused ({})", reason.words()),
                     Closed::Silent => f.write_str("nothing from the master for three times its Send_Timeout"),
@@ -195,6 +189,25 @@ impl fmt::Display for Event {
                 f,
                 "refused a connection of master {master}: all {connections} are open; end another one first"
             ),
+        }
+    }
+}
+
+/// What a master asked for: the function, and of which slot and index.
+pub(crate) struct Asked(pub(crate) u8, pub(crate) Option<(u8, u8)>);
+
+impl fmt::Display for Asked {
+    /// `Read of record 10 of slot 1`
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(function, place) = *self;
+        match Function::numbered(function) {
+            Some(known) => f.write_str(known.name())?,
+            None => write!(f, "function number {function:02X}")?,
+        }
+        match place {
+            Some((slot, CALL_INDEX)) => write!(f, " of I&M (record {CALL_INDEX}) of slot {slot}"),
+            Some((slot, index)) => write!(f, " of record {index} of slot {slot}"),
+            None => Ok(()),
         }
     }
 }

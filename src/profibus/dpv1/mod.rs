@@ -32,6 +32,7 @@ mod records;
 pub use acyclic::Acyclic;
 pub use alarm::{AlarmHead, AlarmType, Specifier, StatusType, TypedBlock};
 pub use error::{ErrorCode, ErrorDecode, Failure, WithCure};
+pub(crate) use event::Asked;
 pub use event::{Closed, Event};
 pub use identification::{Identification, Revision, Text};
 pub use job::{Channel, Job};
