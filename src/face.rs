@@ -8,6 +8,8 @@ mod device_event;
 mod drive_state;
 mod event;
 mod object_entry;
+#[cfg(feature = "std")]
+pub(crate) mod operation;
 mod quirk;
 pub mod surroundings;
 mod why;
@@ -22,6 +24,8 @@ pub use device_event::{AnyDeviceEvent, DeviceEvent};
 pub use drive_state::DriveState;
 pub use event::{Again, ErrorKind, EventKind};
 pub(crate) use object_entry::{DataType, ObjectEntry};
+#[cfg(feature = "std")]
+pub(crate) use operation::Operation;
 pub use quirk::{Quirk, QuirkError};
 pub use surroundings::Surroundings;
 pub use why::{Reason, Why};

@@ -7,6 +7,7 @@
 //! puts back.
 //!
 //! ```text
+//! Enable:       NMT start ─▶ guarding ─▶ 0006h ─▶ 0007h ─▶ 000Fh
 //! MoveTo:       NMT start ─▶ guarding ─▶ 6060h: 1 ─▶ 0006h ─▶ 0007h ─▶ 000Fh ─▶ 607Ah ─▶ 001Fh ─▶ bit 12 ─▶ 000Fh ─▶ bit 10
 //! Home:         the same with 6060h: 6, without 607Ah, up to bit 12 (attained) or bit 13 (failed)
 //! Acknowledge:  NMT start ─▶ 0000h ─▶ 0080h ─▶ no fault

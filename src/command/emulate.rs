@@ -24,11 +24,13 @@ use super::{Failure, line_file};
 use crate::face::EventKind;
 use moving::Moving;
 
+mod bench;
 mod lines;
 mod moving;
 mod nodes;
 mod tap;
 
+use bench::SlavesBench;
 use lines::Start;
 
 /// The rate of a terminal whose master has set none of PROFIBUS-DP, and of a TCP port. There it only says how long a
@@ -135,6 +137,7 @@ fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
     if let Some(panel) = &panel {
         panel.set_link(&path);
     }
+    let (link, bench) = SlavesBench::beside(link, (args, &signals.stop), (clock, rate), panel.as_ref())?;
     // Next to the line, so that what faults do is seen.
     let (link, remarks) = tap::tapped(link, (args, &addresses), &path, clock, panel.as_ref())?;
     let mut link = Faulty::new(link, clock, &[]);
@@ -175,6 +178,10 @@ fn run_line(plan: LinePlan, start: &Start) -> Result<(), Failure> {
         news.announce();
     }
     news.announce_if_decided();
+    if args.tried.is_some() {
+        bench.take(&bus);
+        bench::show(args, panel.as_ref());
+    }
     let outcome = loop {
         let outcome = run(&mut link, &mut bus, &clock, &signals.stop, &mut |event| {
             let now = clock.now();

@@ -63,6 +63,10 @@ pub fn main() -> ExitCode {
     let log = log::start(args.log_verbosity());
     let outcome = match args.command {
         Command::Demo(args) => demo::demo(&args),
+        Command::Try(tried) => match tried.emulate() {
+            Ok(emulate) => emulate::emulate(emulate),
+            Err(words) => Err(Failure::Usage(words)),
+        },
         Command::Emulate(emulate) => emulate::emulate(emulate),
         Command::Master(master) => master::master(&master),
         Command::Decode(args) => decode::decode(&args),

@@ -1,11 +1,12 @@
 //! An AG03 or AG03/1 on a bus.
 
-use super::{Appearance, Participant, StationKind};
+use super::{Appearance, Participant, Startup, StationKind};
 use crate::devices::StationEvent;
 use crate::devices::ag03::param::Model;
 use crate::devices::ag03::profibus::{Config, DESCRIPTION, Device, MAX_TELEGRAM_LEN, Power};
-use crate::face::Description;
+use crate::face::{Description, Operation};
 use crate::profibus::fdl::{Address, Rates, Telegram};
+use crate::profibus::ppo::PpoType;
 use crate::time::{BaudRate, Instant};
 
 impl Participant for Device {
@@ -61,6 +62,10 @@ impl Participant for Device {
 
     fn description_mut(&mut self) -> Option<&mut dyn Description> {
         Some(self)
+    }
+
+    fn startup(&self) -> Option<Startup> {
+        Some(Startup::of_ppo(DESCRIPTION.ident, PpoType::SevenWords, Operation::Positioning))
     }
 
     fn address_after(&self, act: &dyn Fn(&mut dyn Description)) -> Address {

@@ -5,6 +5,8 @@ use core::fmt;
 use core::time::Duration;
 use std::path::PathBuf;
 
+#[cfg(feature = "panel")]
+use super::Startup;
 use super::{Appearance, Error, GsdStation, Participant, ValueBoard};
 use crate::face::{Description, Why};
 use crate::profibus::fdl::baud_search::CONTROL_TIME;
@@ -156,6 +158,12 @@ impl Bus {
     /// Whether the station at `address` takes part; `None`: there is none.
     pub fn presence(&self, address: Address) -> Option<Presence> {
         self.stations.slot(address).map(|slot| slot.presence)
+    }
+
+    /// How a master takes the station at `address` over; `None`: there is none, or nobody can say.
+    #[cfg(feature = "panel")]
+    pub(crate) fn startup(&self, address: Address) -> Option<Startup> {
+        self.stations.slot(address)?.station.startup()
     }
 
     /// What keeps the drive at `address` from moving now; `None`: there is none.

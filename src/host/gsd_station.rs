@@ -12,7 +12,8 @@ use super::refusals::Refusals;
 use super::reported::Reported;
 use super::state_dir::Images;
 use super::station_file::{Kept, KeptImage};
-use super::{Appearance, ByHand, Participant, StateDir, StateDirError, StationKind, Stored, ValueBoard};
+use super::value_board::ValueBoard;
+use super::{Appearance, ByHand, Participant, Startup, StateDir, StateDirError, StationKind, Stored};
 use crate::devices::StationEvent;
 use crate::face::Description;
 use crate::gsd::{Gsd, ModuleState, Placed, Raised, Station};
@@ -546,6 +547,10 @@ impl Participant for GsdStation {
 
     fn watchdog_on(&self) -> bool {
         self.slave().watchdog_on()
+    }
+
+    fn startup(&self) -> Option<Startup> {
+        Startup::of_slave(self.slave())
     }
 
     fn appearance(&self) -> Appearance<'_> {

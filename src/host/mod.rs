@@ -56,6 +56,8 @@ pub mod fault;
 mod gsd_description;
 mod gsd_station;
 mod hexadecimal;
+#[cfg(feature = "panel")]
+pub(crate) mod inner_master;
 #[cfg(all(test, feature = "parameters"))]
 mod kept_lines;
 pub mod link;
@@ -70,6 +72,7 @@ mod refusals;
 mod repeats;
 mod reported;
 mod run;
+mod startup;
 mod state_dir;
 mod station_file;
 mod stop;
@@ -90,6 +93,7 @@ pub use profidrive4::HostedProfidrive;
 pub use reach::Reach;
 pub use refusals::Refusals;
 pub use run::run;
+pub use startup::Startup;
 pub use state_dir::{Disk, Images, StateDir, StateDirError};
 pub use stop::Stop;
 pub use stored::Stored;

@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use std::path::PathBuf;
 
 use super::state_dir::Images;
-use super::{GsdStation, Stored};
+use super::{GsdStation, Startup, Stored};
 use crate::devices::{PlainStation, SlaveDevice, StationEvent, write_reply};
 use crate::face::{Description, DriveState, Why};
 use crate::profibus::dp;
@@ -90,6 +90,11 @@ pub trait Participant: Any + Send {
 
     /// The same, to change it.
     fn modules_mut(&mut self) -> Option<&mut GsdStation> {
+        None
+    }
+
+    /// How a master takes it over and operates it; `None`: nobody can say.
+    fn startup(&self) -> Option<Startup> {
         None
     }
 
@@ -214,6 +219,10 @@ impl<P: Participant + Images<Generation: Send>> Participant for Stored<P> {
 
     fn stored_mut(&mut self) -> Option<&mut dyn Participant> {
         Some(self.unit_mut())
+    }
+
+    fn startup(&self) -> Option<Startup> {
+        self.unit().startup()
     }
 
     fn path(&self) -> Option<PathBuf> {

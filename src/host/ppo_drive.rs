@@ -2,12 +2,13 @@
 
 use core::fmt;
 
+use super::startup::usual_configuration;
 use super::state_dir::Images;
 use super::station_file::{Kept, KeptImage};
-use super::{Appearance, Participant, Refusals, StateDir, StateDirError, StationKind, Stored};
+use super::{Appearance, Participant, Refusals, Startup, StateDir, StateDirError, StationKind, Stored};
 use crate::devices::StationEvent;
-use crate::devices::ppo_drive::profibus::{PpoDrive, PpoOnly};
-use crate::face::Description;
+use crate::devices::ppo_drive::profibus::{PpoDrive, PpoOnly, ppo_of};
+use crate::face::{Description, Operation};
 use crate::gsd::Station;
 use crate::image::Generation;
 use crate::image::storage::Outcome;
@@ -17,6 +18,10 @@ use crate::profibus::fdl::MAX_TELEGRAM_LEN;
 use crate::profibus::fdl::{Address, Rates, Telegram};
 use crate::profibus::ppo::PpoType;
 use crate::time::{BaudRate, Instant};
+
+/// The PPO that a master chooses, those with a parameter channel first.
+const PARAMETERS_FIRST: [PpoType; 5] =
+    [PpoType::Ppo1, PpoType::Ppo2, PpoType::Ppo5, PpoType::Ppo3, PpoType::Ppo4];
 
 /// Who judges what the master of such a drive says, beside that a configuration must be a PPO.
 #[derive(Clone, Debug)]
@@ -181,6 +186,23 @@ impl Participant for HostedPpoDrive {
 
     fn watchdog_on(&self) -> bool {
         self.drive.slave().watchdog_on()
+    }
+
+    fn startup(&self) -> Option<Startup> {
+        let (ident, judge) = (self.drive.slave().description().ident, self.drive.slave().application());
+        let is = |octets: &[u8], kind| ppo_of(octets) == Some(kind) && judge.judge_cfg(octets, &[]).is_ok();
+        PARAMETERS_FIRST.into_iter().find_map(|kind| {
+            let startup = match &judge.inner {
+                PpoJudge::Profile(_) => Startup::of_ppo(ident, kind, Operation::Speed),
+                PpoJudge::Gsd(station) => {
+                    let configuration = usual_configuration(station, |octets| is(octets, kind))
+                        .unwrap_or_else(|| kind.configuration().to_vec());
+                    let of_file = Startup::of_station(station, ident, configuration);
+                    Startup { ppo: Some(kind), operation: Operation::Speed, ..of_file }
+                }
+            };
+            is(&startup.configuration, kind).then_some(startup)
+        })
     }
 
     fn appearance(&self) -> Appearance<'_> {

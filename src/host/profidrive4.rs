@@ -1,17 +1,19 @@
 //! A drive of PROFIdrive 3 and 4 on a bus.
 
+use super::startup::usual_configuration;
 use super::state_dir::Images;
 use super::station_file::{Kept, KeptImage};
-use super::{Appearance, Participant, Refusals, StateDir, StateDirError, StationKind, Stored};
+use super::{Appearance, Participant, Refusals, Startup, StateDir, StateDirError, StationKind, Stored};
 use crate::devices::StationEvent;
-use crate::devices::profidrive4::profibus::{ProfidriveDevice, TelegramOnly};
-use crate::face::Description;
+use crate::devices::profidrive4::profibus::{ProfidriveDevice, Telegram, TelegramOnly};
+use crate::face::{Description, Operation};
 use crate::gsd::Station;
 use crate::image::Generation;
 use crate::image::storage::Outcome;
 use crate::profibus::dp;
 use crate::profibus::fdl::MAX_TELEGRAM_LEN;
-use crate::profibus::fdl::{Address, Rates, Telegram};
+use crate::profibus::fdl::{self, Address, Rates};
+use crate::profibus::ppo::PpoType;
 use crate::time::{BaudRate, Instant};
 
 /// A drive, and the station of its device file.
@@ -87,6 +89,23 @@ fn kept(drive: &Drive) -> Kept {
 }
 
 impl Participant for HostedProfidrive {
+    /// Telegram 1, which has the words of PPO 3, unless the drive is set to another one.
+    fn startup(&self) -> Option<Startup> {
+        let TelegramOnly { inner: station, only } = self.drive.slave().application();
+        let wanted = only.or_else(|| Telegram::numbered(1));
+        let is_it = |octets: &[u8]| Telegram::of_configuration(octets, wanted).is_some();
+        let configuration = usual_configuration(station, is_it).or_else(|| {
+            usual_configuration(station, |octets| Telegram::of_configuration(octets, *only).is_some())
+        })?;
+        let is_speed =
+            Telegram::of_configuration(&configuration, None).is_some_and(|telegram| telegram.number == 1);
+        let startup = Startup::of_station(station, self.drive.slave().description().ident, configuration);
+        if !is_speed {
+            return Some(startup);
+        }
+        Some(Startup { ppo: Some(PpoType::Ppo3), operation: Operation::Speed, ..startup })
+    }
+
     fn address(&self) -> Address {
         self.drive.address()
     }
@@ -99,7 +118,12 @@ impl Participant for HostedProfidrive {
         self.drive.slave().description().rates
     }
 
-    fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent)) {
+    fn handle_telegram(
+        &mut self,
+        now: Instant,
+        telegram: &fdl::Telegram<'_>,
+        news: &mut dyn FnMut(StationEvent),
+    ) {
         let mut refused = None;
         let Self { drive, address_set, .. } = self;
         drive.handle_telegram(now, telegram, &mut |event| {

@@ -34,6 +34,8 @@ mod acyclic;
 mod axes;
 mod drive;
 mod error;
+#[cfg(feature = "cli")]
+pub(crate) mod inner;
 mod inquiry;
 mod owner;
 mod parameters;

@@ -16,7 +16,7 @@ use super::station::AmountState;
 use super::station::handlers as stations;
 use super::station::spec::{self, NewStation};
 use super::stream::{self, Lost, NewsEvent, TelegramEvent};
-use super::{acyclic, history, inputs, parameters, switches};
+use super::{acyclic, history, inputs, master, parameters, switches};
 use crate::host::list::{DEVICES, Device, Group};
 
 /// The description of the API.
@@ -75,6 +75,9 @@ use crate::host::list::{DEVICES, Device, Group};
         acyclic::forget_alarms,
         acyclic::send_status,
         acyclic::channels,
+        master::read,
+        master::order,
+        master::leave,
         history::samples,
         history::samples_csv,
         stream::events,

@@ -27,12 +27,13 @@ use super::station::State;
 use super::stream::{Hub, Readers};
 use crate::devices::{CanopenDevice, Vocabulary};
 use crate::explain::Known;
-use crate::face::Description;
 use crate::face::description::Supply;
 use crate::face::surroundings::Surroundings;
+use crate::face::{Description, Operation};
 use crate::host::fault::{BusKind, Listed, Rule};
+use crate::host::inner_master::InnerMaster;
 use crate::host::list::Spec;
-use crate::host::{Bus, Presence};
+use crate::host::{Bus, Presence, Startup};
 use crate::time::{BaudRate, Instant};
 
 /// The highest address on any bus.
@@ -166,6 +167,9 @@ pub(super) trait OnLine {
         None
     }
 
+    /// By which words a master operates a station, and how it takes a slave over; `None`: there is no such station.
+    fn operation(&self, address: u8) -> Option<(Operation, Option<Startup>)>;
+
     /// In which words the frames of a node are to be read.
     fn words(&self, _address: u8) -> Option<&'static Vocabulary> {
         None
@@ -237,6 +241,8 @@ pub(super) struct Line {
     files: Option<Arc<Path>>,
     pub(super) asking: Asking,
     pub(super) hub: Hub,
+    /// The master in this program, if there is one.
+    pub(super) master: Option<InnerMaster>,
     leases: Arc<Mutex<BTreeMap<(u8, String), Moment>>>,
 }
 
@@ -295,7 +301,16 @@ impl Lines {
         let place = lines.partition_point(|line| (line.name.len(), &line.name) < (name.len(), &name));
         lines.insert(
             place,
-            Line { name, kind, link: "".into(), files: None, asking, hub, leases: Arc::default() },
+            Line {
+                name,
+                kind,
+                link: "".into(),
+                files: None,
+                asking,
+                hub,
+                master: None,
+                leases: Arc::default(),
+            },
         );
     }
 
@@ -308,6 +323,13 @@ impl Lines {
     pub(super) fn set_files(&self, name: &str, folder: &Path) {
         if let Some(line) = self.locked().iter_mut().find(|line| &*line.name == name) {
             line.files = Some(folder.into());
+        }
+    }
+
+    #[cfg(feature = "cli")]
+    pub(super) fn set_master(&self, name: &str, master: InnerMaster) {
+        if let Some(line) = self.locked().iter_mut().find(|line| &*line.name == name) {
+            line.master = Some(master);
         }
     }
 

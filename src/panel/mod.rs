@@ -50,6 +50,7 @@
 //! | `line` | the lines of a process, and what the thread of each lends |
 //! | `station` | a station as JSON: its summary, its state, why it does not move |
 //! | `inputs`, `switches`, `parameters`, `objects`, `modules`, `acyclic` | the handlers, by what they are about |
+//! | `master` | the master in this program, and what any master can ask |
 //! | `dictionary` | what the object dictionary of a node tells |
 //! | `stream` | server-sent events |
 //! | `history` | events, curves and telegrams of the last minutes |
@@ -65,6 +66,7 @@ mod dictionary;
 mod history;
 mod inputs;
 mod line;
+mod master;
 mod modules;
 mod objects;
 mod page;
@@ -88,6 +90,8 @@ use thiserror::Error;
 use crate::devices::CanopenEvent;
 use crate::host::can::{BusHint, Event};
 use crate::host::fault::BusKind;
+#[cfg(feature = "cli")]
+use crate::host::inner_master::InnerMaster;
 use crate::host::link::tap::{Batch, Watchers};
 use crate::host::reach::{ListenError, advice};
 use crate::host::{BusEvent, Reach, Stop};
@@ -193,6 +197,12 @@ impl Panel {
     /// The folder of device files and tables that may be named over HTTP.
     pub fn set_files(&self, folder: &Path) {
         self.lines.set_files(&self.name, folder);
+    }
+
+    /// The master in this program, which those who connect may use.
+    #[cfg(feature = "cli")]
+    pub(crate) fn set_master(&self, master: InnerMaster) {
+        self.lines.set_master(&self.name, master);
     }
 
     /// Where browsers and programs connect.

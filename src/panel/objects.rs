@@ -13,7 +13,7 @@ use super::line::OnLine;
 use super::problem::{Body, PathOf, Problem};
 use super::routes::Place;
 use crate::can_bus::canopen;
-use crate::can_bus::canopen::dictionary::Access;
+use crate::can_bus::canopen::dictionary::{self, Access};
 use crate::can_bus::canopen::value::ValueKind;
 use crate::can_bus::canopen::{Abort, Address, DataType, Entry, Object};
 use crate::devices::CanopenDevice;
@@ -34,6 +34,8 @@ pub(super) struct ObjectState {
     access: Access,
     /// A number or a text; `null` if it cannot be read.
     value: Option<ObjectValue>,
+    /// The value of a new device, of what can be written; `null`: nobody says it.
+    default: Option<ObjectValue>,
     /// The octets as SDO carries them, low octet first.
     octets_hex: Option<String>,
     /// Why it cannot be read.
@@ -234,6 +236,7 @@ impl ObjectState {
     }
 
     fn of(device: &dyn CanopenDevice, object: &'static Object, entry: &'static Entry) -> Self {
+        let has_default = entry.access == Access::Rw && entry.default != dictionary::Default::None;
         let at = Address { index: object.index, sub: entry.sub };
         let read = device.node().read_with(at, device.application(), |octets| Ok(octets.to_vec()));
         let name = if object.name == entry.name || object.entries.len() == 1 {
@@ -252,6 +255,7 @@ impl ObjectState {
             data: entry.data.name(),
             access: entry.access,
             value: octets.as_deref().and_then(|octets| ObjectValue::of(entry.data, octets)),
+            default: has_default.then(|| ObjectValue::told(entry.default_value(device.node_id()))),
             octets_hex: octets.as_deref().map(crate::explain::hex),
             refused,
         }
@@ -261,8 +265,11 @@ impl ObjectState {
 impl ObjectValue {
     /// The value of octets of a type.
     pub(super) fn of(data: DataType, octets: &[u8]) -> Option<Self> {
-        let value = data.decode(octets)?;
-        Some(if let canopen::Value::Real32(number) = value {
+        data.decode(octets).map(Self::told)
+    }
+
+    fn told(value: canopen::Value<'_>) -> Self {
+        if let canopen::Value::Real32(number) = value {
             Self::Real(number.into())
         } else if let canopen::Value::Real64(number) = value {
             Self::Real(number)
@@ -272,6 +279,6 @@ impl ObjectValue {
             Self::Whole(number)
         } else {
             Self::Text(format!("{value:?}"))
-        })
+        }
     }
 }

@@ -18,7 +18,7 @@ use super::modules::values;
 use super::problem::{PathOf, Problem};
 use super::station::handlers as stations;
 use super::station::spec;
-use super::{acyclic, history, inputs, line, modules, objects, page, parameters, stream, switches};
+use super::{acyclic, history, inputs, line, master, modules, objects, page, parameters, stream, switches};
 use crate::face::Description;
 
 /// Where stations are.
@@ -202,6 +202,7 @@ pub(super) fn router(lines: Lines) -> Router {
         .station("/alarms", get(acyclic::alarms).post(acyclic::raise_alarm).delete(acyclic::forget_alarms))
         .station("/status-messages", post(acyclic::send_status))
         .station("/acyclic", get(acyclic::channels))
+        .station("/master", get(master::read).post(master::order).delete(master::leave))
         .station("/samples", get(history::samples))
         .station("/samples.csv", get(history::samples_csv))
         .route_layer(middleware::from_fn(without_parameters))

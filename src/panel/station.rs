@@ -16,6 +16,7 @@ use serde::Serialize;
 
 use super::inputs::{InputState, KeyState, Provocation};
 use super::line::OnLine;
+use super::master::MasterState;
 use super::modules::Diagnosis;
 use super::stream::LastRefusal;
 use super::switches::SwitchesState;
@@ -110,6 +111,8 @@ pub(super) struct State {
     /// How safe what its memory holds is.
     eeprom: Option<&'static str>,
     pub(super) has: Has,
+    /// What the master in this program does with it; `null`: there is none.
+    pub(super) master: Option<MasterState>,
 }
 
 /// Which routes a station answers.
@@ -278,6 +281,7 @@ impl State {
             counters,
             eeprom: description.memory(),
             has,
+            master: None,
         };
         lent.complete(address, &mut state);
         Some(state)
@@ -302,11 +306,13 @@ impl State {
             counters: _,
             eeprom,
             has,
+            master,
         } = self;
         (summary, words, values, process) == (&other.summary, &other.words, &other.values, &other.process)
             && (inputs, keys, faults) == (&other.inputs, &other.keys, &other.faults)
             && (switches, history, last_refusal) == (&other.switches, &other.history, &other.last_refusal)
             && (why, diagnosis, eeprom, has) == (&other.why, &other.diagnosis, &other.eeprom, &other.has)
+            && *master == other.master
     }
 }
 

@@ -58,13 +58,21 @@ impl Emulator {
             .collect()
     }
 
+    /// `profidrive try` without a browser.
+    pub(crate) fn trying(arguments: &[&str]) -> Self {
+        Self::command(&[&["try", "--no-browser"], arguments].concat(), Stdio::null())
+    }
+
     fn run(arguments: &[&str]) -> Self {
         Self::run_with(arguments, Stdio::null())
     }
 
     fn run_with(arguments: &[&str], log: Stdio) -> Self {
+        Self::command(&[&["emulate"], arguments].concat(), log)
+    }
+
+    fn command(arguments: &[&str], log: Stdio) -> Self {
         let mut process = Command::new(env!("CARGO_BIN_EXE_profidrive"))
-            .arg("emulate")
             .args(arguments)
             .env_remove("RUST_LOG")
             .env("NO_COLOR", "1")

@@ -98,6 +98,7 @@ const fn act(act: Act) -> Row {
     Step::new(act, &[], Or::Fault)
 }
 
+/// Started and guarded.
 const PREPARE: &[Row] = &[
     act(Act::Start),
     act(Act::Keep(Kept::Heartbeat)),
@@ -107,19 +108,23 @@ const PREPARE: &[Row] = &[
     act(Act::Guard(Kept::GuardTime)),
     act(Act::Guard(Kept::LifeFactor)),
     act(Act::Ask),
-    act(Act::Mode),
-    act(Act::Enable),
 ];
 
+const STAND: &[Row] = &[act(Act::Enable)];
+
 const MOVE: &[Row] = &[
+    act(Act::Mode),
+    act(Act::Enable),
     act(Act::Target),
     Step::new(Act::Word(START), &[ACKNOWLEDGED], Or::NotAcknowledged).keeping(ENABLED),
     Step::new(Act::Word(ENABLE), &[REACHED], Or::NotReached).keeping(ENABLED).moving(),
 ];
 
-const HOME: &[Row] = &[Step::new(Act::Word(START), &[ATTAINED], Or::NotReached)
-    .keeping(ENABLED.and(NO_HOMING_ERROR))
-    .moving()];
+const HOME: &[Row] = &[
+    act(Act::Mode),
+    act(Act::Enable),
+    Step::new(Act::Word(START), &[ATTAINED], Or::NotReached).keeping(ENABLED.and(NO_HOMING_ERROR)).moving(),
+];
 
 const ACKNOWLEDGE: &[Row] = &[
     act(Act::Start),
@@ -142,6 +147,7 @@ const LEAVE: &[Row] = &[
 impl NodeGoal {
     pub(super) const fn course(self) -> Course<Act, Or> {
         match self {
+            Self::Enable => Course::and_then(PREPARE, STAND),
             Self::MoveTo(_) => Course::and_then(PREPARE, MOVE),
             Self::Home => Course::and_then(PREPARE, HOME),
             Self::Acknowledge => Course::new(ACKNOWLEDGE),
@@ -154,7 +160,9 @@ impl NodeGoal {
     pub(super) const fn mode(self) -> Mode {
         match self {
             Self::Home => Mode::Homing,
-            Self::MoveTo(_) | Self::Acknowledge | Self::Stop | Self::Leave => Mode::ProfilePosition,
+            Self::Enable | Self::MoveTo(_) | Self::Acknowledge | Self::Stop | Self::Leave => {
+                Mode::ProfilePosition
+            }
         }
     }
 
@@ -162,7 +170,7 @@ impl NodeGoal {
     pub(super) const fn target(self) -> i32 {
         match self {
             Self::MoveTo(target) => target,
-            Self::Home | Self::Acknowledge | Self::Stop | Self::Leave => 0,
+            Self::Enable | Self::Home | Self::Acknowledge | Self::Stop | Self::Leave => 0,
         }
     }
 }

@@ -35,6 +35,8 @@ impl Default for NodeLimits {
 /// What is wanted of the drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NodeGoal {
+    /// Operation enabled and guarded, in the mode that the drive has.
+    Enable,
     /// Its shaft at this position, standing.
     MoveTo(i32),
     /// Homed by the method in 6098h; the mode is put back by [`Leave`](Self::Leave).

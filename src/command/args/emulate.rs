@@ -46,7 +46,7 @@ pub(crate) struct Emulate {
         conflicts_with_all = [
             "single", "ranges", "nodes", "stations", "ppo_drives", "profidrives", "force_address", "link", "baud", "slot_time", "allow_remote",
             "faults", "panel", "panel_allow_remote", "metrics", "metrics_allow_remote", "state_dir", "capture", "quirks",
-            "panel_files",
+            "panel_files", "bench",
         ]
     )]
     pub(crate) line: Option<PathBuf>,
@@ -176,6 +176,11 @@ pub(crate) struct Emulate {
     #[arg(long, value_name = "DIR", requires = "panel")]
     pub(crate) panel_files: Option<PathBuf>,
 
+    /// Lets those who connect to the panel use a small master in this program, beside the devices: to enable, move, stop, read
+    /// and write. It is silent until it is asked, and leaves drives that another master owns alone. Not on a real bus
+    #[arg(long, requires = "panel")]
+    pub(crate) bench: bool,
+
     /// Keeps the EEPROM of each drive or node in a file in DIR, which is created if it is missing. Without it the EEPROM is lost
     /// when the process ends
     #[arg(long, value_name = "DIR")]
@@ -199,6 +204,17 @@ pub(crate) struct Emulate {
         hide_possible_values = true
     )]
     pub(crate) quirks: Vec<String>,
+
+    /// It is for somebody who tries a device.
+    #[arg(skip)]
+    pub(crate) tried: Option<Tried>,
+}
+
+/// What somebody wants who tries a device.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tried {
+    /// The panel in a browser.
+    pub(crate) browser: bool,
 }
 
 /// Host and port of the panel.
@@ -247,10 +263,12 @@ impl Emulate {
             metrics: None,
             metrics_allow_remote: false,
             panel_files: None,
+            bench: false,
             state_dir: None,
             capture: None,
             end_with_stdin: false,
             quirks: Vec::new(),
+            tried: None,
         }
     }
 
@@ -311,11 +329,28 @@ impl Emulate {
         })
     }
 
+    /// Whether the line goes on outside, on a real bus.
+    const fn is_real(&self) -> bool {
+        match &self.link {
+            LinkSpec::Serial(_) | LinkSpec::Can(can::LinkSpec::Terminal(_) | can::LinkSpec::Socket(_)) => {
+                true
+            }
+            LinkSpec::Pty(_)
+            | LinkSpec::Tcp(_)
+            | LinkSpec::Can(can::LinkSpec::Pty(_) | can::LinkSpec::Tcp(_)) => false,
+        }
+    }
+
     /// What no single argument shows.
     pub(crate) fn check(&self) -> Result<(), String> {
         if self.line.is_some() {
             // The file says it all.
             return Ok(());
+        }
+        if self.bench && self.is_real() {
+            return Err("the master of --bench is not for a real bus, where it could move real drives; use a pty, tcp, slcan-pty \
+                        or slcan-tcp link"
+                .into());
         }
         match (&self.link, self.nodes.is_empty()) {
             (LinkSpec::Can(_), false) => self.check_nodes(),

@@ -17,6 +17,7 @@ mod master_link;
 mod quantity;
 mod records;
 mod spec;
+mod try_out;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -49,6 +50,7 @@ pub(crate) use master::{Action, AddressRange, Asked, Direction, Master, Motion};
 pub(crate) use master_link::{CanPlace, MasterLink};
 pub(crate) use quantity::Quantity;
 pub(crate) use records::{ParamAction, ParamChange, ParamPlace, Reach, RecordAction};
+pub(crate) use try_out::Try;
 
 /// Emulated fieldbus drives on PROFIBUS-DP and CANopen, to test masters with.
 ///
@@ -65,6 +67,7 @@ pub(crate) struct Args {
 const EXAMPLES: &str = "\
 Examples:
   profidrive demo                             a master and a drive in memory, explained step by step
+  profidrive try                              a drive, a small master and the panel in one program
   profidrive emulate                          one AG03/1 at address 5; prints the terminal a master opens
   profidrive emulate --link pty:/tmp/bus      the same, under a name that stays
   profidrive emulate --help                   all its options
@@ -83,6 +86,7 @@ Examples:
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     Demo(Demo),
+    Try(Try),
     Emulate(Emulate),
     Master(Master),
     Decode(Decode),
@@ -132,6 +136,7 @@ impl Args {
         match self.command {
             Command::Demo(_) if self.verbosity.verbose == 0 => Verbosity { quiet: true, ..self.verbosity },
             Command::Demo(_)
+            | Command::Try(_)
             | Command::Emulate(_)
             | Command::Decode(_)
             | Command::Encode(_)
@@ -154,7 +159,7 @@ impl Args {
             Command::Encode(encode) => encode.json,
             // Each line of its input has its object, with what is wrong in it.
             Command::Decode(_) => false,
-            Command::Demo(_) | Command::Emulate(_) | Command::Judge(_) => false,
+            Command::Demo(_) | Command::Try(_) | Command::Emulate(_) | Command::Judge(_) => false,
             #[cfg(feature = "manual")]
             Command::Completions(_) | Command::Man(_) => false,
         }
@@ -170,6 +175,7 @@ impl Args {
             | Command::Gsd(_) => Ok(()),
             #[cfg(feature = "manual")]
             Command::Completions(_) | Command::Man(_) => Ok(()),
+            Command::Try(tried) => tried.emulate().map(drop),
             Command::Emulate(emulate) => emulate.check(),
             Command::Master(master) => master.check(),
             Command::Judge(judge) => judge.check(),

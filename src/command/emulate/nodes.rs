@@ -22,6 +22,7 @@ use crate::panel::{NodeAccess, Panel, Seated};
 use crate::time::Instant;
 use tracing::{debug, info, warn};
 
+use super::bench::{NodesBench, show};
 use super::moving::Moving;
 use super::{NOISE_PAUSE, Start, start_panel};
 use crate::command::Failure;
@@ -75,6 +76,7 @@ pub(super) fn emulate(
     }
     let mut metrics = start.node_metrics(line.name(), &signals.stop);
     let (clock, mut seats) = (line.clock(), nodes.seats());
+    let bench = NodesBench::on(&mut line, args, &signals.stop, panel.as_ref());
     let choose = |spec: &mut Spec| {
         // They were checked when the process was started.
         let _ = args.choose_quirks(spec);
@@ -92,6 +94,7 @@ pub(super) fn emulate(
         tell(News::Bus(event), &mut capture, &mut nodes, panel.as_ref(), clock.now());
     }
     nodes.announce(line.name(), panel.as_ref(), start);
+    show(args, panel.as_ref());
     let outcome = loop {
         let outcome = line.run(&signals.stop, &mut |news| {
             tell(news, &mut capture, &mut nodes, panel.as_ref(), clock.now());
@@ -127,6 +130,7 @@ pub(super) fn emulate(
             });
             nodes.follow(&seats, &line);
         }
+        bench.look(&mut line, clock.now());
     };
     nodes.moving.end();
     drop(panel);

@@ -49,6 +49,10 @@ pub(super) fn plan(number: usize, line: &At<LineTable>, folder: &Path) -> Result
     args.force_address = is(&table.force_address);
     args.allow_remote = is(&table.allow_remote);
     args.panel_allow_remote = is(&table.panel_allow_remote);
+    args.bench = is(&table.bench);
+    if let Some(bench) = table.bench.as_ref().filter(|bench| *bench.get() && table.panel.is_none()) {
+        return Err(Wrong::at(bench.span(), "bench is used from the panel; add panel = \"127.0.0.1:8080\""));
+    }
     if let Some(panel) = &table.panel {
         let place = panel_place(panel.get()).map_err(|error| Wrong::at(panel.span(), error))?;
         reaches(&place, args.panel_allow_remote, panel.span(), "the panel", "panel-allow-remote")?;

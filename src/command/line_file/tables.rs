@@ -61,6 +61,8 @@ pub(super) struct LineTable {
     pub(super) panel_allow_remote: Option<At<bool>>,
     /// The folder of device files and tables that may be named over HTTP.
     pub(super) panel_files: Option<At<String>>,
+    /// Lets those who connect to the panel use a small master in this program.
+    pub(super) bench: Option<At<bool>>,
     /// The directory in which the drives or nodes keep their EEPROMs.
     pub(super) state_dir: Option<At<String>>,
     /// The file for a capture, FILE.pcapng.

@@ -1,5 +1,7 @@
 //! The links: in memory, pseudo-terminal, serial port, TCP; and for any of them faults on purpose and a tap.
 
+#[cfg(feature = "cli")]
+pub(crate) mod beside;
 #[cfg(all(windows, feature = "serial"))]
 mod com;
 pub mod fault;

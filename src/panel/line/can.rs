@@ -9,17 +9,20 @@ use super::state::{Counted, Counters, ErrorStateName, LineStation};
 use super::{Act, Acted, OnLine, Station, in_one_line, no_station};
 use crate::can_bus::can::BitRate;
 use crate::can_bus::canopen::node::storage::Eeprom;
-use crate::can_bus::canopen::{Address, NmtState, NodeId};
+use crate::can_bus::canopen::{Address, Index, NmtState, NodeId, dictionary as objects};
 use crate::devices::{CanopenDevice, CanopenEvent, Vocabulary};
-use crate::face::Description;
 use crate::face::description::Supply;
-use crate::host::StateDir;
+use crate::face::{Description, Operation};
 use crate::host::can::{Bus, Product, Seat, StoredNode};
 use crate::host::fault::{BusKind, Listed, Rule};
 use crate::host::list::{Group, Spec};
+use crate::host::{Startup, StateDir};
 use crate::panel::dictionary;
 use crate::panel::objects::whole;
 use crate::time::{BaudRate, Instant};
+
+/// The control word of CiA 402.
+const CONTROL_WORD: Index = Index(0x6040);
 
 /// Nodes of a bus at most, twins included.
 const MOST_NODES: usize = 254;
@@ -254,6 +257,12 @@ impl OnLine for NodeAccess<'_> {
 
     fn remove_fault(&mut self, number: u32) -> Option<Rule> {
         self.bus.remove_fault(self.now, number)
+    }
+
+    fn operation(&self, address: u8) -> Option<(Operation, Option<Startup>)> {
+        let (_, device) = self.device(address)?;
+        let has_control_word = objects::object(device.application().objects(), CONTROL_WORD).is_some();
+        Some((if has_control_word { Operation::Cia402 } else { Operation::Objects }, None))
     }
 
     fn words(&self, address: u8) -> Option<&'static Vocabulary> {

@@ -7,12 +7,12 @@ use super::super::station::{State, ValueState};
 use super::state::{self, Counted, Counters};
 use super::{Act, Acted, OnLine, Silent, Station, in_one_line, no_station};
 use crate::explain::Known;
-use crate::face::Description;
 use crate::face::description::{Amount, Group, Supply, Value};
+use crate::face::{Description, Operation};
 use crate::host::fault::{BusKind, Listed, Rule, While};
 use crate::host::link::fault::Faults;
 use crate::host::list::{self, Ground, MakeError, Spec};
-use crate::host::{Appearance, Bus, StateDirError};
+use crate::host::{Appearance, Bus, Startup, StateDirError};
 use crate::panel::modules;
 use crate::profibus::dp;
 use crate::profibus::fdl::{Address, StationCounters};
@@ -267,6 +267,12 @@ impl OnLine for BusAccess<'_> {
 
     fn known(&self, address: u8) -> Option<Known> {
         Known::of(self.bus.description(Address::from_octet(address))?)
+    }
+
+    fn operation(&self, address: u8) -> Option<(Operation, Option<Startup>)> {
+        let startup = self.bus.startup(Address::from_octet(address));
+        let operation = startup.as_ref().map_or(Operation::Octets, |startup| startup.operation);
+        self.bus.presence(Address::from_octet(address)).map(|_| (operation, startup))
     }
 
     fn profibus(&mut self) -> Option<&mut Bus> {

@@ -10,6 +10,7 @@ use crate::face::Why;
 #[cfg(test)]
 use crate::panel::description::Problems;
 use crate::panel::line::Lines;
+use crate::panel::master::MasterState;
 use crate::panel::problem::Problem;
 use crate::panel::routes::Place;
 
@@ -66,6 +67,7 @@ impl Place {
         });
         let mut state = look.await??;
         state.last_refusal = self.line.hub.last_refusal(address, state.summary.is_exchanging());
+        state.master = self.line.master.as_ref().map(|master| MasterState::of(master, address));
         Ok(state)
     }
 }
