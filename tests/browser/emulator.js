@@ -12,9 +12,17 @@ export class Emulator {
     return Emulator.#start("0", "0", options);
   }
 
+  /** Starts `profidrive try` without a browser of its own. */
+  static async try(...options) {
+    return Emulator.#run(["try", "--no-browser", ...options], options);
+  }
+
   static async #start(linkPort, panelPort, options) {
     const link = `${options.includes("--node") ? "slcan-tcp" : "tcp"}:127.0.0.1:${linkPort}`;
-    const args = ["emulate", "--link", link, "--panel", `127.0.0.1:${panelPort}`, ...options];
+    return Emulator.#run(["emulate", "--link", link, "--panel", `127.0.0.1:${panelPort}`, ...options], options);
+  }
+
+  static async #run(args, options) {
     const child = spawn(PROGRAM, args, { stdio: ["ignore", "pipe", "pipe"] });
     const log = [];
     child.stderr.on("data", (text) => log.push(text.toString()));
@@ -39,11 +47,11 @@ export class Emulator {
     if (!this.linkPort || !this.panel) throw new Error(`not understood: ${this.ready}`);
   }
 
-  /** A new emulator where this one was, for pages that shall find it again. `meanwhile` there is none. */
-  async restart(meanwhile) {
+  /** A new emulator where this one was, for pages that shall find it again; with other devices if they are given. `meanwhile` there is none. */
+  async restart(meanwhile, options = this.options) {
     await this.stop();
     await meanwhile();
-    return Emulator.#start(String(this.linkPort), new URL(this.panel).port, this.options);
+    return Emulator.#start(String(this.linkPort), new URL(this.panel).port, options);
   }
 
   /** Stops the program where it is, as a computer does that hangs: its port stays open, and nobody answers. */

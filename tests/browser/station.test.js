@@ -31,7 +31,7 @@ test("outputs are seen, inputs are forced, and a diagnosis is raised in the text
     assert.equal(await card(page, 2).getByRole("img", { name: "Output 0.6" }).getAttribute("data-lit"), "false");
     await side(page, 4, "Outputs").getByLabel("as").selectOption("signed16");
     await side(page, 4, "Outputs").getByLabel("Octet").fill("2");
-    await until("output", () => side(page, 4, "Outputs").locator(".value-of .mono").textContent(), (shown) => shown === "= -200");
+    await until("output", () => side(page, 4, "Outputs").locator(".value-of .mono").textContent(), (shown) => shown === "= -200 = FF38h = 11111111 00111000b");
 
     await card(page, 1).getByRole("switch", { name: "Input 0.3" }).click();
     await master.until(7, "the forced bit", ({ inputs }) => inputs[0] === 0b1000);

@@ -51,7 +51,16 @@ export async function request(method, path, body) {
     throw new Refused(`not understood: ${text.slice(0, 200)}`, response.status);
   }
   if (!response.ok) throw new Refused(answer?.detail ?? response.statusText, response.status);
+  if (method !== "GET") for (const told of listeners) told({ method, path, body, answer });
   return answer;
+}
+
+/** Who is told what was asked to be changed, and was. */
+const listeners = [];
+
+/** `told({ method, path, body, answer })` is called for each change that the server has made. */
+export function onRequest(told) {
+  listeners.push(told);
 }
 
 /** The path of a line in the API. */

@@ -87,7 +87,7 @@ export class BusRates {
 }
 
 /** Telegrams or frames that have passed. */
-function total({ telegrams_sent: sent = 0, telegrams_heard: heard = [], frames = 0 }) {
+export function total({ telegrams_sent: sent = 0, telegrams_heard: heard = [], frames = 0 }) {
   return heard.reduce((sum, { count }) => sum + count, sent + frames);
 }
 
@@ -112,7 +112,7 @@ function milliseconds(ms) {
   return `${ms.toPrecision(3)} ms`;
 }
 
-function share(part, whole) {
+export function share(part, whole) {
   return whole > 0 ? `${((100 * part) / whole).toFixed(1)} %` : "–";
 }
 

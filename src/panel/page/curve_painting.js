@@ -20,8 +20,8 @@ export function height(lanes) {
   return TOP + BOTTOM + LANE * (lanes + 1) + GAP * (lanes - 1);
 }
 
-/** Paints the samples between two times; `cursor` is a share of the width or null. */
-export function paint(context, { width, height, left, right, samples, marks, lanes, cursor, colors }) {
+/** Paints the samples between two times; `cursor` is a share of the width or null, `pins` are chosen times or null. */
+export function paint(context, { width, height, left, right, samples, marks, lanes, cursor, pins, colors }) {
   const x = (time) => LEFT + (time - left) / (right - left) * (width - LEFT - RIGHT);
   const share = (height - TOP - BOTTOM - GAP * (lanes.length - 1)) / (lanes.length + 1);
   paintTime(context, colors, x, left, right, height);
@@ -32,6 +32,15 @@ export function paint(context, { width, height, left, right, samples, marks, lan
     paintLane(context, colors, { ...lane, color: colors[LANE_COLORS[index % LANE_COLORS.length]], level: index > 0 }, samples, x, { top, bottom: top + tall, width });
     top += tall + GAP;
   });
+  const [pinned, measured] = pins;
+  if (pinned !== null && measured !== null) {
+    context.fillStyle = colors.line;
+    context.globalAlpha = 0.5;
+    context.fillRect(x(Math.min(...pins)), TOP, Math.abs(x(measured) - x(pinned)), height - TOP - BOTTOM);
+    context.globalAlpha = 1;
+  }
+  context.strokeStyle = colors.ink;
+  for (const pin of pins) if (pin !== null && pin >= left && pin <= right) line(context, Math.round(x(pin)) + 0.5, TOP - 4, Math.round(x(pin)) + 0.5, height - BOTTOM);
   if (cursor === null) return;
   const at = Math.round(LEFT + cursor * (width - LEFT - RIGHT)) + 0.5;
   context.strokeStyle = colors.ink;

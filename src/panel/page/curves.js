@@ -26,9 +26,13 @@ export class Curves {
   #colors = {};
   /** What happened, by number. */
   #marks = new Map();
+  /** The time that was chosen, and the one it is measured to, in s; null: none. */
+  #pinned = null;
+  #measured = null;
 
-  /** `save` is a link that saves them. */
-  constructor(save) {
+  /** `save` is a link that saves them; `onPoint(time)` is called when a time is chosen, null: none is any more. */
+  constructor(save, onPoint = () => {}) {
+    this.onPoint = onPoint;
     this.canvas = html("canvas", { class: "curves", tabindex: 0, role: "img", "aria-describedby": "curves-keys" });
     this.readout = html("p", { class: "readout" });
     this.follow = button("Follow", () => this.#go(this.#end === null ? this.#newest() : null), { "aria-pressed": true });
@@ -43,7 +47,7 @@ export class Curves {
       html("div", { class: "toolbar" }, this.readout, html("span", { class: "spacer" }), tools),
       this.canvas,
       this.happened,
-      html("p", { class: "hint", id: "curves-keys" }, "Point at the curves or use ← → to move the cursor. Drag, or Page Up and Page Down: earlier or later. + −: zoom. Home: follow."),
+      html("p", { class: "hint", id: "curves-keys" }, "Point at the curves or use ← → to move the cursor. Click, or Enter: events and telegrams of that time. Shift and click, or m: measure to there. Esc: no more. Drag, or Page Up and Page Down: earlier or later. + −: zoom. Home: follow."),
     );
     this.#listen();
     const look = () => {
@@ -59,6 +63,7 @@ export class Curves {
     this.#samples = [];
     this.#marks.clear();
     this.#cursor = null;
+    [this.#pinned, this.#measured] = [null, null];
     this.#go(null);
   }
 
@@ -138,7 +143,7 @@ export class Curves {
     const { left, right } = this.#shown();
     const samples = this.#samples.slice(Math.max(this.#at(left), 0), this.#at(right) + 2);
     const marks = [...this.#marks.values()].filter(({ time_s }) => time_s >= left && time_s <= right);
-    paint(context, { width, height, left, right, samples, marks, lanes: this.#lanes, cursor: this.#cursor, colors: this.#colors });
+    paint(context, { width, height, left, right, samples, marks, lanes: this.#lanes, cursor: this.#cursor, pins: [this.#pinned, this.#measured], colors: this.#colors });
     this.#tellMarks(marks, (width - LEFT - RIGHT) / (right - left));
     this.#tell();
   }
@@ -211,7 +216,10 @@ export class Curves {
       this.#cursor = shareAt(event);
       this.#dirty = true;
     });
-    canvas.addEventListener("pointerup", () => (this.#drag = null));
+    canvas.addEventListener("pointerup", (event) => {
+      if (this.#drag && !this.#drag.moved) this.#choose(this.#time(), event.shiftKey);
+      this.#drag = null;
+    });
     canvas.addEventListener("pointercancel", () => (this.#drag = null));
     canvas.addEventListener("pointerleave", () => {
       this.#cursor = null;
@@ -237,7 +245,12 @@ export class Curves {
         this.#cursor = null;
         this.#go(null);
       },
-      Escape: () => (this.#cursor = null),
+      Escape: () => {
+        this.#cursor = null;
+        this.#choose(null);
+      },
+      Enter: () => this.#choose(this.#time()),
+      m: () => this.#choose(this.#time(), true),
       "+": () => this.#zoom(-1),
       "-": () => this.#zoom(1),
     };
@@ -246,6 +259,38 @@ export class Curves {
     event.preventDefault();
     act();
     this.#dirty = true;
+  }
+
+  /** Shows a time that was chosen elsewhere. */
+  point(time) {
+    this.#pinned = time;
+    const { left, right } = this.#shown();
+    if (time < left || time > right) this.#go(Math.min(time + (right - left) / 2, this.#newest()));
+    // What stands is looked at.
+    else if (this.#end === null) this.#go(this.#newest());
+    this.#dirty = true;
+  }
+
+  /** A time is chosen, or what it is measured to; null: neither any more. */
+  #choose(time, measured = false) {
+    if (time === null || !measured || this.#pinned === null) {
+      [this.#pinned, this.#measured] = [time, null];
+      this.onPoint(time);
+    } else {
+      this.#measured = time;
+    }
+    if (time !== null && this.#end === null) {
+      this.#go(this.#newest());
+      this.#put(time);
+    }
+    this.#dirty = true;
+  }
+
+  /** What is shown: samples, lanes and marks, for a report. */
+  get picture() {
+    const { left, right } = this.#shown();
+    const samples = this.#samples.filter(({ time_s }) => time_s >= left && time_s <= right);
+    return { left, right, lanes: this.#lanes, samples, marks: [...this.#marks.values()], all: this.#samples };
   }
 
   /** Moves the cursor by a `share` of the width. What it points at stays where it is: the curves stand. */
@@ -268,9 +313,13 @@ export class Curves {
   #tell() {
     say(this.scale, `${this.#span} s`);
     const time = this.#time();
-    const sample = this.#samples[this.#at(time ?? this.#right())];
+    const sample = this.#samples[this.#at(time ?? this.#pinned ?? this.#right())];
     if (!sample) {
       say(this.readout, "no samples yet");
+      return;
+    }
+    if (this.#pinned !== null && this.#measured !== null) {
+      this.#tellDifference();
       return;
     }
     const { values, time_s } = sample;
@@ -282,6 +331,16 @@ export class Curves {
     const all = time === null ? parts : [`${time_s.toFixed(2)} s`, ...parts];
     // Lines break between the values only.
     say(this.readout, all.map((part) => part.replaceAll(" ", "\u00a0")).join("   "));
+  }
+
+  /** How much time and how much of each value lies between the two times. */
+  #tellDifference() {
+    const [from, to] = [this.#pinned, this.#measured].map((time) => this.#samples[this.#at(time)]?.values ?? {});
+    const parts = this.#lanes.map(({ key, name, unit, digits }) => {
+      const difference = typeof from[key] === "number" && typeof to[key] === "number" ? to[key] - from[key] : null;
+      return `${name} ${numberText(difference, digits)} ${unit}`;
+    });
+    say(this.readout, [`Δ ${(this.#measured - this.#pinned).toFixed(3)} s`, ...parts].map((part) => part.replaceAll(" ", "\u00a0")).join("   "));
   }
 
   /** What happened in words, if the cursor is on it; without one the newest. */

@@ -1,5 +1,6 @@
 // Every parameter of a station, or every object of its dictionary: a list with a filter, and a form to read and write one.
-import { Table, button, field, form, html, mark, say } from "./dom.js";
+import { Table, button, field, form, html, many, mark, say } from "./dom.js";
+import { differences, read as readFile, save } from "./settings.js";
 
 /** How parameters are listed, by number. */
 export const PARAMETERS = {
@@ -10,6 +11,9 @@ export const PARAMETERS = {
   placeholder: "1016, limit ...",
   key: ({ key, elements }) => (elements ? `${key}.0` : String(key)),
   pathOf: (key) => key,
+  number: ({ value }) => value,
+  digits: 4,
+  isSet: ({ access, persistent, value }) => access === "read_write" && persistent && typeof value === "number",
   range: ({ access, low, high }) => (access === "read_only" ? "read only" : low === null || low === undefined ? "" : `${low} to ${high}`),
   // Of an array, what is empty at its end says nothing.
   value: ({ text, value }) => (text ?? String(value ?? "")).replace(/(, no fault)+$/, ""),
@@ -23,21 +27,55 @@ export const OBJECTS = {
   path: "/objects",
   placeholder: "6041, 0x1017, heartbeat ...",
   key: ({ index, sub }) => `${index}h:${sub}`,
+  number: ({ value }) => value,
+  digits: 0,
+  isSet: ({ access, value, default: usual }) => access === "rw" && usual !== null && usual !== undefined && value !== null,
   pathOf: (key) => key.replace(/^0x/i, "").replace(/h?[:.]/i, "/").replace(/h$/i, "/00"),
   range: ({ type, access }) => `${type}, ${access}`,
   value: ({ value, refused }) => (value === null ? (refused ?? "") : String(value)),
 };
 
+/** A number as the bus has it: hexadecimal, of a negative one its complement; "" of what is no whole number. */
+function hexadecimal({ octets_hex: octets }, number, digits) {
+  if (typeof octets === "string" && octets !== "" && typeof number === "number") return `${octets.replaceAll(" ", "").match(/../g).reverse().join("")}h`;
+  if (!Number.isInteger(number)) return "";
+  const width = number < -0x8000 || number > 0xffff ? 8 : Math.max(digits, 4);
+  return `${(number < 0 ? number + 16 ** width : number).toString(16).toUpperCase().padStart(width, "0")}h`;
+}
+
+/** How long a value that has changed is marked. */
+const CHANGED_MS = 2500;
+/** While the list is looked at, it is asked for this often. */
+const LIVE_MS = 200;
+/** A longer list is asked for with everything else. */
+const LIVE_ITEMS = 1000;
+
+/** What can be shown. */
+const CHOICES = [
+  ["all", "all"],
+  ["other", "other than the default"],
+  ["changed", "changed since the page is open"],
+  ["file", "other than in the file loaded last"],
+];
+
 export class Entries {
   #kind;
   #ask;
   #items = [];
+  /** When a value changed last, and what it was, by key. */
+  #changed = new Map();
+  #known = new Map();
+  #asking = false;
+  #saved = null;
   #wanted = false;
   #table;
   #filter;
   #key;
   #value = html("input", { type: "text", autocomplete: "off", spellcheck: "false" });
   #answer = html("p", { role: "status" });
+  #count = html("span", { class: "muted" });
+  #only = html("select", { onchange: () => this.#update() }, ...CHOICES.map(([value, name]) => html("option", { value }, name)));
+  #file = html("input", { type: "file", accept: ".json", hidden: true, tabindex: -1, "aria-label": "A file of settings", onchange: () => this.#import() });
 
   /** `kind` is one of the above; `ask(method, path, body)` asks the station. */
   constructor(kind, ask) {
@@ -45,9 +83,9 @@ export class Entries {
     this.#ask = ask;
     this.#filter = html("input", { type: "search", placeholder: kind.placeholder, autocomplete: "off", spellcheck: "false", oninput: () => this.#update() });
     this.#key = html("input", { type: "text", class: "key mono", autocomplete: "off", spellcheck: "false" });
-    const texts = (item) => [kind.key(item), item.name, kind.value(item), kind.range(item)];
+    const texts = (item) => [kind.key(item), item.name, kind.value(item), hexadecimal(item, kind.number(item), kind.digits), kind.range(item)];
     const choose = (item) => button(kind.key(item), () => this.#choose(item), { class: "plain mono", "aria-label": `Choose ${kind.key(item)}, ${item.name}` });
-    this.#table = new Table(`${kind.title}, all of them`, ["Number", "Name", ">Value", "Range"], texts, choose);
+    this.#table = new Table(`${kind.title}, all of them`, ["Number", "Name", ">Value", ">Hex", "Range"], texts, choose);
     // Who presses Enter in the value wants it written, not read over.
     const enter = () => (document.activeElement === this.#value ? this.#write() : this.#read());
     this.element = html(
@@ -62,9 +100,17 @@ export class Entries {
       ),
       this.#answer,
       html("p", { class: "hint" }, "Reads and writes directly, not over the bus: with the checks of the device, but the master sees nothing."),
-      field("Filter", this.#filter),
+      html("div", { class: "toolbar" }, field("Filter", this.#filter), field("Show", this.#only), button("Save settings", () => this.#export()), button("Load settings", () => this.#file.click()), this.#file, this.#count),
       this.#table.element,
     );
+    setInterval(() => this.#isLooked() && this.refresh(), LIVE_MS);
+  }
+
+  /** Whether somebody can see the list now. */
+  #isLooked() {
+    if (!this.#wanted || document.hidden || this.element.offsetParent === null || this.#items.length > LIVE_ITEMS) return false;
+    const { top, bottom } = this.#table.element.getBoundingClientRect();
+    return top < innerHeight && bottom > 0;
   }
 
   show({ has, power }) {
@@ -75,20 +121,66 @@ export class Entries {
 
   /** Asks for all of them. A station without supply has none. */
   async refresh() {
-    if (!this.#wanted) return;
+    // An answer that is slow is not asked for twice.
+    if (!this.#wanted || this.#asking) return;
+    this.#asking = true;
     const answer = await this.#ask("GET", this.#kind.path).catch(() => null);
+    this.#asking = false;
     if (answer) this.#take(Array.isArray(answer) ? answer : answer[this.#kind.id]);
   }
 
   #take(items) {
     this.#items = items.map((item) => ({ ...item, key: item.key ?? `${item.index}:${item.sub}` }));
+    const now = performance.now();
+    for (const item of this.#items) {
+      const value = this.#kind.value(item);
+      if (this.#known.has(item.key) && this.#known.get(item.key) !== value) this.#changed.set(item.key, now);
+      this.#known.set(item.key, value);
+    }
     this.#update();
   }
 
   #update() {
     const words = this.#filter.value.toLowerCase().split(/\s+/).filter(Boolean).map((word) => word.replace(/^0x/, ""));
-    const text = (item) => `${this.#kind.key(item)} ${item.name}`.toLowerCase();
-    this.#table.show(this.#items.filter((item) => words.every((word) => text(item).includes(word))));
+    // By number, name, value and what the value is in hexadecimal.
+    const text = (item) => `${this.#kind.key(item)} ${item.name} ${this.#kind.value(item)} ${hexadecimal(item, this.#kind.number(item), this.#kind.digits)}`.toLowerCase();
+    const now = performance.now();
+    const isOther = (item) => item.default !== null && item.default !== undefined && this.#kind.isSet(item) && item.default !== this.#kind.number(item);
+    const isOfFile = (item) => this.#saved !== null && this.#saved.some(({ key }) => key === item.key);
+    const shown = { all: () => true, other: isOther, changed: ({ key }) => this.#changed.has(key), file: isOfFile }[this.#only.value];
+    const matching = this.#items.filter((item) => shown(item) && words.every((word) => text(item).includes(word)));
+    this.#table.show(matching);
+    say(this.#count, many(matching.length, "line"));
+    for (const row of this.#table.element.querySelectorAll("tr[data-key]")) {
+      const item = this.#items.find(({ key }) => key === row.dataset.key);
+      mark(row, "data-changed", now - (this.#changed.get(row.dataset.key) ?? -Infinity) < CHANGED_MS);
+      mark(row, "data-other", Boolean(item) && isOther(item));
+    }
+  }
+
+  /** What a person has set, as a file. */
+  #export() {
+    save(`${this.#kind.id}.json`, this.#kind.id, this.#items.filter(this.#kind.isSet).map((item) => ({ key: item.key, name: item.name, value: this.#kind.number(item) })));
+  }
+
+  /** Writes what the file says otherwise, one after the other. What is refused is said, the rest is written. */
+  async #import() {
+    const [file] = this.#file.files;
+    this.#file.value = "";
+    if (!file) return;
+    try {
+      this.#saved = differences(readFile(await file.text(), this.#kind.id), this.#items, this.#kind.number);
+    } catch (error) {
+      this.#say(error.message, "refused");
+      return;
+    }
+    const refused = [];
+    for (const { key, value } of this.#saved) {
+      await this.#ask("PUT", `${this.#kind.path}/${this.#kind.pathOf(key)}`, { value }).catch(({ message }) => refused.push(`${key}: ${message}`));
+    }
+    await this.refresh();
+    const written = `${many(this.#saved.length - refused.length, "value")} written, ${many(refused.length, "value")} refused`;
+    this.#say([this.#saved.length === 0 ? "Nothing differs from the file." : written, ...refused].join("; "), refused.length > 0 ? "refused" : "done");
   }
 
   /** The form is for this one. The value of another one does not stay. */

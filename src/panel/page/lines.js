@@ -1,6 +1,6 @@
 // A list of lines, newest at the bottom, with a filter, a pause and a count.
 import { isSame } from "./api.js";
-import { html, many, say } from "./dom.js";
+import { html, many, mark, say } from "./dom.js";
 
 /** Lines in the document. */
 const SHOWN = 1000;
@@ -17,15 +17,29 @@ export class Lines {
   #until = Infinity;
   #wanted;
   #kept;
+  /** The line that somebody has chosen, or that is nearest to what was chosen elsewhere. */
+  #pointed = null;
 
   /**
    * `label` names the list for those who do not see it, `tools` stand before the filter, `wanted(line)` says whether to
-   * show a line, `kept` is how many are kept.
+   * show a line, `kept` is how many are kept, `onPoint(time)` is called when somebody chooses a line.
    */
-  constructor(root, { label, placeholder, tools = [], wanted, kept = SHOWN }) {
+  constructor(root, { label, placeholder, tools = [], wanted, kept = SHOWN, onPoint = () => {} }) {
     this.#wanted = wanted;
     this.#kept = kept;
     this.list = html("ol", { class: "log mono", tabindex: 0, "aria-label": `${label}, newest last` });
+    const choose = (item) => {
+      if (!item?.dataset.time) return;
+      this.point(Number(item.dataset.time), item);
+      onPoint(Number(item.dataset.time));
+    };
+    this.list.addEventListener("click", ({ target }) => getSelection().isCollapsed && choose(target.closest("li")));
+    this.list.addEventListener("keydown", (event) => {
+      const step = { ArrowUp: "previousElementSibling", ArrowDown: "nextElementSibling" }[event.key];
+      if (!step || event.ctrlKey || event.altKey || event.metaKey) return;
+      event.preventDefault();
+      choose(this.#pointed?.isConnected ? this.#pointed[step] : this.list.lastElementChild);
+    });
     const filter = html("input", { type: "search", placeholder, autocomplete: "off", spellcheck: "false", oninput: () => this.#filter(filter.value) });
     this.pause = html("button", { type: "button", "aria-pressed": false, onclick: () => this.#pause() }, "Pause");
     this.count = html("span", { class: "muted" });
@@ -79,6 +93,25 @@ export class Lines {
   /** The lines that are there are older than all that come; their numbers mean nothing any more. */
   forgetNumbers() {
     for (const line of this.#lines) delete line.number;
+  }
+
+  /** Shows the newest line until `time`, or `item`; null: none. */
+  point(time, item = null) {
+    this.#pointed?.removeAttribute("aria-current");
+    this.#pointed = item;
+    if (time === null) return;
+    for (const line of item ? [] : this.list.children) if (line.dataset.time && Number(line.dataset.time) <= time) this.#pointed = line;
+    if (this.#pointed === null) return;
+    mark(this.#pointed, "aria-current", true);
+    // The list scrolls, the page stays where it is.
+    const { offsetTop: top, offsetHeight: height } = this.#pointed;
+    const { scrollTop, clientHeight, offsetTop: first } = this.list;
+    if (top - first < scrollTop || top - first + height > scrollTop + clientHeight) this.list.scrollTop = top - first - clientHeight / 2;
+  }
+
+  /** The lines that are shown, for a report. */
+  get shown() {
+    return this.#lines.filter((line) => this.#matches(line));
   }
 
   clear() {
@@ -162,7 +195,7 @@ function row(line) {
   const { time_s, kind, text, bad } = line;
   return html(
     "li",
-    { "data-kind": kind, "data-bad": Boolean(bad) },
+    { "data-kind": kind, "data-bad": Boolean(bad), "data-time": time_s ?? undefined },
     html("span", { class: "time" }, time_s === null ? "" : `${time_s.toFixed(3)} s`),
     html("span", { class: "kind" }, who(line)),
     html("span", { class: "text" }, text),

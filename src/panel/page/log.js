@@ -10,12 +10,14 @@ const CHOICES = [
 const TROUBLE = ["fault", "refusal", "lost"];
 
 export class Log extends Lines {
-  constructor(root) {
+  /** `onPoint(time)` is called when somebody chooses an event. */
+  constructor(root, onPoint) {
     const choice = html("select", { onchange: () => this.again() }, ...CHOICES.map(([value, name]) => html("option", { value }, name)));
     super(root, {
       label: "Events",
       placeholder: "fault, -parameter ...",
       tools: [field("Show", choice)],
+      onPoint,
       wanted: ({ kind }) => choice.value === "all" || TROUBLE.includes(kind),
     });
   }

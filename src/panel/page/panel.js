@@ -8,6 +8,7 @@ import { Connection } from "./connection.js";
 import { Log } from "./log.js";
 import { Overview } from "./overview.js";
 import { Recall } from "./recall.js";
+import { Scenario } from "./scenario.js";
 import { StationView } from "./station.js";
 import { Stream } from "./stream.js";
 import { Telegrams } from "./telegrams.js";
@@ -36,8 +37,9 @@ class Panel {
     this.recall = new Recall();
     this.bus = new BusView();
     this.overview = new Overview();
-    this.log = new Log(by("log-lines"));
-    this.telegrams = new Telegrams(by("telegram-lines"), () => this.#subscribe());
+    this.log = new Log(by("log-lines"), (time) => this.#point(time, "log"));
+    this.telegrams = new Telegrams(by("telegram-lines"), () => this.#subscribe(), (time) => this.#point(time, "telegrams"));
+    new Scenario(by("scenario-steps"));
     this.stream = new Stream({
       open: (live) => this.#connected(live),
       closed: (error) => this.#disconnected(error),
@@ -99,10 +101,29 @@ class Panel {
     if (this.#shown && isSame(this.#station, station)) return;
     this.#shown?.leave();
     this.#station = station;
-    this.#shown = new StationView(this.#by("station"), station, { choose: this.#chooseField, lines: this.#lineCount });
+    this.#shown = new StationView(this.#by("station"), station, {
+      choose: this.#chooseField,
+      lines: this.#lineCount,
+      onPoint: (time) => this.#point(time, "curves"),
+      told: () => ({ events: this.log.shown, telegrams: this.telegrams.shown }),
+      note: (line) => this.#note(line),
+    });
     mark(this.#by("to-station"), "href", linkOf(station));
     say(this.#by("to-station"), `Station ${nameOf(station, this.#lineCount)}`);
     this.#by("to-station").hidden = false;
+  }
+
+  /** One time for all: what somebody chose in the curves, the events or the telegrams is shown in the others. */
+  #point(time, chosen) {
+    if (chosen !== "curves" && time !== null) this.#shown?.curves.point(time);
+    if (chosen !== "log") this.log.point(time);
+    if (chosen !== "telegrams") this.telegrams.point(time);
+  }
+
+  /** Something that somebody notes, beside what happens by itself. */
+  #note(line) {
+    this.log.add(line);
+    this.#mark(line);
   }
 
   get #lineCount() {
@@ -182,6 +203,7 @@ class Panel {
     try {
       const stations = await this.#list();
       if (this.#view === "bus") await this.bus.refresh();
+      if (this.#view === "stations") await this.overview.refresh();
       if (this.#view !== "station") return;
       // The stream of a station that was taken away does not end.
       const there = stations === null || stations.some((station) => isSame(station, this.#station));

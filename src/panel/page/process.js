@@ -21,13 +21,27 @@ export class Process {
     this.element = html("section", { class: "card", id: "process", "aria-labelledby": "process-title" }, html("div", { class: "toolbar" }, title, html("span", { class: "spacer" }), this.#release), this.#list, this.#dialogue.element);
   }
 
-  show({ process, time_seconds: time }) {
-    const items = process ?? [];
+  show({ process, time_seconds: time, master }) {
+    const items = withOutputs(process ?? [], master);
     this.element.hidden = items.length === 0;
     this.#release.hidden = !items.some(canForce);
     this.#rows.show(items, ({ key }) => key);
     for (const item of items) this.#dialogue.see(item, time);
   }
+}
+
+/** Modules with outputs get all octets of outputs, and where theirs begin, if the master in this program may send them. */
+function withOutputs(items, master) {
+  const places = items.filter(({ from_master: fromMaster, slot }) => fromMaster && slot !== undefined && slot !== null);
+  if (!master || places.length === 0) return items;
+  const all = places.flatMap(({ octets_hex: octets }) => octetsOf(octets));
+  let begin = 0;
+  return items.map((item) => {
+    if (!places.includes(item)) return item;
+    const of = { ...item, outputs: { all, begin } };
+    begin += octetsOf(item.octets_hex).length;
+    return of;
+  });
 }
 
 /** Whether the inputs of a module may be given from here. */
@@ -46,6 +60,7 @@ class Item {
   #list = html("dl", { class: "entries" });
   #bits = null;
   #act;
+  #outputs = null;
   #entries = new Rows(this.#list, () => entry());
   element = html("li", { class: "module" }, this.#title, this.#octets, this.#details, this.#list);
 
@@ -63,11 +78,20 @@ class Item {
     this.#details.hidden = !details;
     this.#entries.show((entries ?? []).map((one, place) => ({ ...one, key: `${one.place} ${place}` })), ({ key }) => key);
     if (slot === undefined || slot === null) return;
+    this.#outputs = item.outputs ?? null;
     if (this.#bits === null) {
-      this.#bits = new Octets(fromMaster ? "Output" : "Input", canForce(item) ? { act: this.#act, slot } : null);
+      const send = this.#outputs && ((octet, bit, on) => this.#send(octet, bit, on));
+      this.#bits = new Octets(fromMaster ? "Output" : "Input", canForce(item) ? { act: this.#act, slot } : null, send);
       this.element.append(this.#bits.element);
     }
     this.#bits.show(octetsOf(octets), octetsOf(forced));
+  }
+
+  /** Has the master in this program send another bit in each cycle. */
+  #send(octet, bit, on) {
+    const { all, begin } = this.#outputs;
+    const octets = all.map((value, place) => (place !== begin + octet ? value : on ? value | (1 << bit) : value & ~(1 << bit)));
+    this.#act("POST", "/master", { act: "outputs", octets_hex: octets.map((value) => value.toString(16).padStart(2, "0")).join(" ") });
   }
 }
 
@@ -88,6 +112,7 @@ function entry() {
 class Octets {
   #side;
   #force;
+  #sends;
   #rows = [];
   #list = html("ul", { class: "octets" });
   #type = html("select", {}, ...Object.keys(TYPES).map((type) => html("option", { value: type }, type)));
@@ -95,10 +120,11 @@ class Octets {
   #value = html("span", { class: "mono" });
   #message = html("p", { class: "refused", role: "alert" });
 
-  /** `side` is what one of them is called; `force` is null where nothing can be forced. */
-  constructor(side, force) {
+  /** `side` is what one of them is called; `force` is null where nothing can be forced; `send(octet, bit, on)` sets a bit of outputs. */
+  constructor(side, force, send = null) {
     this.#side = side;
     this.#force = force;
+    this.#sends = send;
     this.element = html("div", { class: "side" }, this.#list, html("p", { class: "value-of" }, field("Octet", this.#octet), field("as", this.#type), this.#value));
     if (force !== null) this.element.append(this.#form(), this.#message);
   }
@@ -106,7 +132,7 @@ class Octets {
   show(octets, forced) {
     this.element.hidden = octets.length === 0;
     if (this.#rows.length !== octets.length) {
-      const flip = this.#force && ((octet, bit, on) => this.#send("PUT", octet, `bit${bit}`, { value: on ? 1 : 0 }));
+      const flip = this.#sends ?? (this.#force && ((octet, bit, on) => this.#send("PUT", octet, `bit${bit}`, { value: on ? 1 : 0 })));
       this.#rows = octets.map((_, octet) => new Octet(this.#side, octet, octets.length <= MOST_WITH_LEDS, flip));
       this.#list.replaceChildren(...this.#rows.map(({ element }) => element));
       mark(this.#octet, "max", Math.max(0, octets.length - 1));
@@ -176,7 +202,9 @@ function valueOf(octets, octet, type) {
     signed32: () => view.getInt32(0),
     float32: () => Number(view.getFloat32(0).toPrecision(7)),
   };
-  return `= ${read[type]()}`;
+  const bits = Array.from({ length }, (_, place) => view.getUint8(place));
+  const hexadecimal = bits.map((value) => value.toString(16).toUpperCase().padStart(2, "0")).join("");
+  return `= ${read[type]()} = ${hexadecimal}h = ${bits.map((value) => value.toString(2).padStart(8, "0")).join(" ")}b`;
 }
 
 /** What master and station say to each other beside their values, as jobs of parameters: a line when it changes. */

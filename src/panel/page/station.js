@@ -1,7 +1,8 @@
 // One station in all details: the lists of its description, each in a part of the page of its own.
 //
 // A view is made for one station and thrown away with it: nothing in it can act on another one.
-import { html, mark, say } from "./dom.js";
+import { button, html, mark, say } from "./dom.js";
+import { saveReport } from "./report.js";
 import { fileOf, nameOf, request, stationOf } from "./api.js";
 import { Curves } from "./curves.js";
 import { Device } from "./device.js";
@@ -9,6 +10,7 @@ import { Diagnosis } from "./diagnosis.js";
 import { Entries, OBJECTS, PARAMETERS } from "./entries.js";
 import { Faults } from "./faults.js";
 import { Inputs } from "./inputs.js";
+import { Master } from "./master.js";
 import { Process } from "./process.js";
 import { Records } from "./records.js";
 import { faultText, stateOf } from "./states.js";
@@ -25,9 +27,14 @@ export class StationView {
   #root;
   #path;
   #recalled = false;
+  #noted = 0;
+  #now = 0;
 
-  /** Of the station `{ line, address }` in `root`; `choose` is put beside its name, `lines` is how many there are. */
-  constructor(root, station, { choose, lines }) {
+  /**
+   * Of the station `{ line, address }` in `root`; `choose` is put beside its name, `lines` is how many there are. A time that
+   * is chosen in the curves is for `onPoint(time)`; `told()` are the events and telegrams of a report, `note(line)` takes one more.
+   */
+  constructor(root, station, { choose, lines, onPoint, told, note }) {
     this.station = station;
     this.#root = root;
     this.#path = stationOf(station);
@@ -35,9 +42,15 @@ export class StationView {
     const act = (...of) => this.#act(ask(...of));
     const save = html("a", { class: "button", href: fileOf(`${this.#path}/samples.csv`), download: "" }, "Save as CSV");
     this.why = new Why();
+    this.master = new Master(ask, {
+      advise: (command) => this.why.advise(command),
+      below: () => this.words.element.previousElementSibling !== this.master.element && this.words.element.before(this.master.element),
+    });
     this.values = new Values();
     this.device = new Device(ask, act);
-    this.curves = new Curves(save);
+    const report = button("Save as report", () => saveReport({ station, state: this.#state.textContent, about: this.#about.textContent, picture: this.curves.picture, csv: save.href, ...told() }));
+    const noted = button("Mark", () => this.#note(note));
+    this.curves = new Curves(html("span", { class: "group" }, noted, save, report), onPoint);
     this.faults = new Faults(act);
     this.words = new Words();
     this.inputs = new Inputs(ask);
@@ -47,13 +60,14 @@ export class StationView {
     this.diagnosis = new Diagnosis(ask, act);
     this.records = new Records(ask);
     this.groups = new Groups();
-    const { why, values, device, curves, faults, words, inputs, process, parameters, objects, diagnosis, records, groups } = this;
-    this.#parts = [why, values, device, curves, faults, words, inputs, process, parameters, objects, diagnosis, records, groups];
+    const { why, master, values, device, curves, faults, words, inputs, process, parameters, objects, diagnosis, records, groups } = this;
+    this.#parts = [why, master, values, device, curves, faults, words, inputs, process, parameters, objects, diagnosis, records, groups];
     this.#head = html("h2", { id: "station-title" }, `Station ${nameOf(station, lines)}`);
     root.replaceChildren(
       html("div", { class: "toolbar headline" }, this.#head, this.#state, this.#about, html("span", { class: "spacer" }), choose),
       why.element,
       this.#message,
+      master.element,
       values.element,
       html("div", { class: "columns" }, device.element, html("div", { class: "column wide" }, curves.element, faults.element, words.element), inputs.element),
       process.element,
@@ -65,6 +79,7 @@ export class StationView {
   /** A complete state; `gap`: states before it were lost. A part that does not understand it says so, and only that part. */
   show(state, gap) {
     mark(this.#root, "data-known", "there");
+    this.#now = state.time_seconds;
     this.#showHead(state);
     this.#recall(state);
     for (const part of this.#parts) {
@@ -103,9 +118,16 @@ export class StationView {
     request("GET", `${this.#path}/samples`).then(({ samples }) => this.curves.addBefore(samples), () => {});
   }
 
+  /** A mark at this moment, among the events and in the curves. */
+  #note(note) {
+    this.#noted += 1;
+    const { line, address } = this.station;
+    note({ number: `mark ${this.#noted}`, time_s: this.#now, kind: "mark", text: `mark ${this.#noted}`, line, stations: [address] });
+  }
+
   /** What is not in the stream. */
   async refresh() {
-    await Promise.all([this.parameters.refresh(), this.objects.refresh(), this.records.refresh()]);
+    await Promise.all([this.master.refresh(), this.parameters.refresh(), this.objects.refresh(), this.records.refresh()]);
   }
 
   /** What moves by itself between two states: LEDs, curves. */
@@ -121,9 +143,9 @@ export class StationView {
       mark(this.#state, "data-kind", kind);
       this.#state.replaceChildren(html("span", { class: "shape", "aria-hidden": "true" }), text);
     }
-    const { owner_address: owner } = state;
-    // Not every bus has owners.
-    const master = owner === undefined ? null : owner === null ? "no master" : `master ${owner}`;
+    const { bus, owner_address: owner } = state;
+    // On CANopen nobody owns a node.
+    const master = bus !== "profibus" || owner === undefined ? null : owner === null ? "no master" : `master ${owner}`;
     const fault = state.fault ? `fault ${faultText(state.fault)}` : null;
     const about = [state.product ?? state.device, state.bus_state, master, fault, state.warning].filter((part) => part && part !== text);
     say(this.#about, about.join(" · "));

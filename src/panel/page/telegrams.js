@@ -17,8 +17,8 @@ export class Telegrams {
   /** The newest telegram in words, by who sent it to whom. */
   #newest = new Map();
 
-  /** `onRecord(wanted)` is called when telegrams are wanted or not any more. */
-  constructor(root, onRecord) {
+  /** `onRecord(wanted)` is called when telegrams are wanted or not any more, `onPoint(time)` when somebody chooses one. */
+  constructor(root, onRecord, onPoint) {
     this.#onRecord = onRecord;
     this.record = html("button", { type: "button", "aria-pressed": false, onclick: () => this.#record(!this.#recording) }, "Record telegrams");
     this.changes = html("input", { type: "checkbox", onchange: () => this.#lines.again() });
@@ -30,6 +30,7 @@ export class Telegrams {
       label: "Telegrams",
       placeholder: "Set_Prm, -Data_Exchange, SDO ...",
       kept: KEPT,
+      onPoint,
       tools: [
         this.record,
         html("label", { class: "field" }, this.changes, " changes only"),
@@ -74,6 +75,15 @@ export class Telegrams {
 
   paint() {
     this.#lines.paint();
+  }
+
+  /** Shows the newest telegram until `time`: what came before. */
+  point(time) {
+    this.#lines.point(time);
+  }
+
+  get shown() {
+    return this.#lines.shown;
   }
 
   #endSoon(why) {

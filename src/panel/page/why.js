@@ -1,11 +1,16 @@
 // Why the station does not move: conditions that are not met now, the way out of a fault, and the last request it refused.
 import { html, say, mark, Rows } from "./dom.js";
+import { copyButton } from "./copy.js";
 import { faultText } from "./states.js";
 
 export class Why {
   #title = html("h3", { id: "why-title" });
   #list = html("ul", { id: "why-reasons" });
-  #way = html("p", { id: "why-way", class: "way" });
+  #next = html("span");
+  #command = null;
+  #copyWords = copyButton("Copy the words", "Copy the words to send", () => wordsOf(this.#next.textContent).join(" "));
+  #copyCommand = copyButton("Copy the command", "Copy the command of profidrive master", () => this.#command ?? "");
+  #way = html("p", { id: "why-way", class: "way" }, this.#next, " ", this.#copyWords, " ", this.#copyCommand);
   #refused = html("p", { id: "why-refused", class: "last-refusal" });
   #reasons = new Rows(this.#list, () => {
     const element = html("li");
@@ -23,8 +28,23 @@ export class Why {
     mark(this.element, "data-kind", fault ? "fault" : !why || (!why.moving && reasons.length > 0) ? "waiting" : "ready");
     say(this.#title, title(state));
     this.#reasons.show(reasons, ({ text }) => text);
-    say(this.#way, why?.next ? `Next: ${why.next}` : "");
+    say(this.#next, why?.next ? `Next: ${why.next}` : "");
+    this.#offer();
     say(this.#refused, refusal ? `Last refusal${ago(state, refusal)}: ${refusal.text}` : "");
+  }
+
+  /** The command of a terminal that does what comes next; null: there is none. */
+  advise(command) {
+    this.#command = command;
+    this.#offer();
+  }
+
+  #offer() {
+    const advised = this.#next.textContent !== "";
+    this.#way.hidden = !advised;
+    this.#copyWords.hidden = wordsOf(this.#next.textContent).length === 0;
+    this.#copyCommand.hidden = !advised || !this.#command;
+    mark(this.#copyCommand, "title", this.#command ?? "");
   }
 
   /** Nothing but a sentence: there is no such station. */
@@ -33,8 +53,14 @@ export class Why {
     mark(this.element, "data-kind", "fault");
     say(this.#title, sentence);
     this.#reasons.show([], () => "");
-    for (const line of [this.#way, this.#refused]) say(line, "");
+    for (const line of [this.#next, this.#refused]) say(line, "");
+    this.#offer();
   }
+}
+
+/** The control words in an advice: four digits each, and no index of an object. */
+function wordsOf(advice) {
+  return advice.match(/\b(?!60[0-9A-F]{2}h)[0-9A-F]{4}(?=h?\b)/g) ?? [];
 }
 
 function title({ why, fault, faults, state_text: word }) {
