@@ -71,7 +71,7 @@ test("the banner of a fault tells its cause, whether that persists, and the way 
     for (const word of words) await master.command(5, parseInt(word, 16));
     await text(page, "#why-title", /^(Ready|It moves)/);
     // What is left is the start: a change of STW.6.
-    await until("the start", () => page.locator("#why-way").textContent(), (way) => way === "" || /^Next: send STW [0-9A-F]{4}$/.test(way));
+    await until("the start", () => page.locator("#why-next").textContent(), (way) => way === "" || /^Next: send STW [0-9A-F]{4}$/.test(way));
   });
 });
 

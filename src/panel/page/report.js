@@ -7,6 +7,8 @@ const WIDTH = 960;
 const LANE = 130;
 const EDGE = 70;
 const COLORS = ["#0b6bcb", "#b35c00", "#2e7d32", "#444444"];
+/** Octets that are turned into text at once. */
+const PART = 0x4000;
 /** Telegrams in the report at most; the capture has more. */
 const MOST = 2000;
 
@@ -20,12 +22,10 @@ async function inside(address) {
   try {
     const response = await fetch(address);
     if (!response.ok) return null;
-    const file = await response.blob();
-    return await new Promise((resolve) => {
-      const reader = new FileReader();
-      reader.onload = () => resolve(reader.result);
-      reader.readAsDataURL(file);
-    });
+    const octets = new Uint8Array(await response.arrayBuffer());
+    const parts = [];
+    for (let at = 0; at < octets.length; at += PART) parts.push(String.fromCharCode(...octets.subarray(at, at + PART)));
+    return `data:application/octet-stream;base64,${btoa(parts.join(""))}`;
   } catch {
     return null;
   }

@@ -6,7 +6,7 @@ import { faultText } from "./states.js";
 export class Why {
   #title = html("h3", { id: "why-title" });
   #list = html("ul", { id: "why-reasons" });
-  #next = html("span");
+  #next = html("span", { id: "why-next" });
   #command = null;
   #copyWords = copyButton("Copy the words", "Copy the words to send", () => wordsOf(this.#next.textContent).join(" "));
   #copyCommand = copyButton("Copy the command", "Copy the command of profidrive master", () => this.#command ?? "");
