@@ -22,6 +22,9 @@ pub enum ReadError {
     /// No line `#Profibus_DP`.
     #[error("line 1, column 1: no line '#Profibus_DP': this is no GSD, or its first line is missing")]
     NoHeader,
+    /// It is the data sheet of a CANopen node.
+    #[error("line 1, column 1: this is an EDS of a CANopen node, no GSD: use it with --node ID,eds=FILE")]
+    IsEds,
     /// Ident_Number is absent or no number of 16 bits.
     #[error(
         "{place}: no Ident_Number of 16 bits: add the one of the device, for example Ident_Number = 0x0ABC"

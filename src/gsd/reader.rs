@@ -35,7 +35,10 @@ const MAX_HINTS: usize = 1000;
 
 /// The device that the text of a file describes, with hints on what its author should mend.
 pub(super) fn read(text: &str, code_page: CodePage) -> Result<Gsd, ReadError> {
-    let (lines, header, unclosed) = lines::lines(text).ok_or(ReadError::NoHeader)?;
+    let (lines, header, unclosed) = lines::lines(text).ok_or_else(|| {
+        let is_eds = text.lines().any(|line| matches!(line.trim(), "[FileInfo]" | "[DeviceInfo]"));
+        if is_eds { ReadError::IsEds } else { ReadError::NoHeader }
+    })?;
     let mut reader = Reader::new(code_page, header);
     for place in unclosed {
         reader.warn(place, "the string is not closed in its line; it ends there".into());

@@ -51,9 +51,22 @@ impl FromStr for LinkSpec {
             Some(("slcan-tty" | "socketcan", "")) => Err(format!("the name is missing; {LINKS}")),
             Some(("slcan-tty", path)) => Ok(Self::Can(can::LinkSpec::Terminal(path.into()))),
             Some(("socketcan", name)) => Ok(Self::Can(can::LinkSpec::Socket(name.into()))),
-            _ => Err(LINKS.into()),
+            _ => Err(format!("{}{LINKS}", meant(spec))),
         }
     }
+}
+
+/// `did you mean X? `, of a device or a place without its kind.
+fn meant(spec: &str) -> String {
+    let is_port = |port: &str| !port.is_empty() && port.bytes().all(|octet| octet.is_ascii_digit());
+    let lower = spec.to_ascii_lowercase();
+    let kind = match spec.rsplit_once(':') {
+        Some((_, port)) if is_port(port) => "tcp",
+        None if lower.starts_with("/dev/") || lower.strip_prefix("com").is_some_and(is_port) => "serial",
+        None if lower.strip_prefix("can").is_some_and(is_port) => "socketcan",
+        Some(_) | None => return String::new(),
+    };
+    format!("did you mean {kind}:{spec}? ")
 }
 
 pub(super) fn tcp(place: &str) -> Result<String, String> {

@@ -243,6 +243,10 @@ fn lines<W: Write>(
         let ended = line.ends_with(b"\n");
         let rest = if ended || line.len() < MOST_TEXT { Vec::new() } else { line.split_off(cut(&line)) };
         let written = String::from_utf8_lossy(&line);
+        if let Some(what) = device_file(&written) {
+            output.unreadable(number, &what)?;
+            break;
+        }
         match frame_in(&written) {
             Some(Ok(frame)) => {
                 let place = Place::Line { number, from: 0, before: number };
@@ -335,5 +339,19 @@ mod tests {
         assert_eq!(cut(b"68 05 0"), 6);
         assert_eq!(cut(b"0x68,0x0"), 5);
         assert_eq!(cut(b"68050568"), 8);
+    }
+}
+
+/// What a line of a device file is, which has no telegrams.
+fn device_file(line: &str) -> Option<&'static str> {
+    let line = line.trim().to_ascii_lowercase();
+    match line.as_str() {
+        "[fileinfo]" | "[deviceinfo]" => {
+            Some("this is an EDS of a CANopen node and has no frames; see 'profidrive eds --help'")
+        }
+        line if line.starts_with("#profibus_dp") => {
+            Some("this is a GSD of a PROFIBUS slave and has no telegrams; see 'profidrive gsd --help'")
+        }
+        _ => None,
     }
 }

@@ -59,6 +59,9 @@ impl Wrong {
             Some(_) | None => None,
         };
         let cure = near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+        if text.trim_start().starts_with('{') {
+            return Self::at(span, format!("this looks like JSON, and a line file is TOML: {said}{cure}"));
+        }
         Self::at(span, format!("{said}{cure}"))
     }
 

@@ -112,8 +112,13 @@ impl Group {
         let key = self.device_key();
         self.devices().find(|device| device.name() == name).ok_or_else(|| {
             let names = self.names();
-            let near = near(name, names.iter().copied());
-            format!("{key} '{name}' is unknown; {near}expected {}", one_of(&names))
+            let other = DEVICES.iter().find(|device| device.name() == name && device.group() != self);
+            let near = match other.map(|device| device.group().name()) {
+                Some(other) => format!("it is a device of --{other} (in a line file [[line.{other}]]); "),
+                None => near(name, names.iter().copied()),
+            };
+            let known = if other.is_some() { "no device of this kind" } else { "unknown" };
+            format!("{key} '{name}' is {known}; {near}expected {}", one_of(&names))
         })
     }
 
@@ -121,7 +126,9 @@ impl Group {
     pub(super) fn number(self, text: &str) -> Result<u8, String> {
         let (what, _) = self.place();
         if text.is_empty() || !text.bytes().all(|octet| octet.is_ascii_digit()) {
-            return Err(format!("'{text}' is no {what}; {}", self.expected()));
+            let is_range = matches!(self, Self::Drive) && text.contains('-');
+            let several = if is_range { "for several drives use --drives FIRST-LAST; " } else { "" };
+            return Err(format!("'{text}' is no {what}; {several}{}", self.expected()));
         }
         let number = text.parse().ok().filter(|number| self.has_place(*number));
         number.ok_or_else(|| match self {

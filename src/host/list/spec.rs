@@ -71,7 +71,9 @@ impl Spec {
                 Some((key, value)) => (key.to_owned(), Given::Text(value.to_owned())),
                 None if group.choices().iter().any(is_flag) => (part.to_owned(), Given::Flag(true)),
                 None => {
-                    let words = format!("'{part}' is not understood; {}", group.expected());
+                    let is_number = !part.is_empty() && part.bytes().all(|octet| octet.is_ascii_digit());
+                    let again = if is_number { "for another device give the option again; " } else { "" };
+                    let words = format!("'{part}' is not understood; {again}{}", group.expected());
                     return Err(Wrong::key(part, words));
                 }
             });
@@ -245,7 +247,11 @@ impl Spec {
         }
         let known = group.choices();
         let keys = [group.place_key(), group.device_key()];
-        let near = near(key, known.iter().map(|choice| choice.key).chain(keys));
+        // What the other bus calls its places.
+        let near = match key {
+            "node" | "number" | "id" | "address" => format!("did you mean {}? ", group.place_key()),
+            _ => near(key, known.iter().map(|choice| choice.key).chain(keys)),
+        };
         Wrong::key(key, format!("'{key}' is unknown; {near}{}", group.expected()))
     }
 

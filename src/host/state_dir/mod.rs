@@ -119,6 +119,7 @@ fn advice(error: &io::Error) -> &'static str {
         io::ErrorKind::NotADirectory | io::ErrorKind::AlreadyExists => {
             "it is not a directory; choose another one"
         }
+        io::ErrorKind::NotFound => "there is no such place; choose a directory that can be made",
         _ => "move what is there away, or choose another directory",
     }
 }
