@@ -29,6 +29,13 @@ pub enum CanopenEvent {
     },
     /// Of the device behind the node, which names its own objects and bits in what it refuses.
     Device(AnyDeviceEvent),
+    /// Of the device, again and again.
+    DeviceRepeated {
+        /// What.
+        event: AnyDeviceEvent,
+        /// How often.
+        again: Again,
+    },
 }
 
 impl CanopenEvent {
@@ -36,7 +43,7 @@ impl CanopenEvent {
     pub fn kind(&self) -> EventKind {
         match self {
             Self::Node(event) | Self::Repeated { event, .. } => of_node(event),
-            Self::Device(event) => event.kind(),
+            Self::Device(event) | Self::DeviceRepeated { event, .. } => event.kind(),
         }
     }
 
@@ -45,7 +52,7 @@ impl CanopenEvent {
         match self {
             Self::Node(event) => matches!(event, canopen::Event::Written(_)),
             Self::Device(event) => event.is_detail(),
-            Self::Repeated { .. } => false,
+            Self::Repeated { .. } | Self::DeviceRepeated { .. } => false,
         }
     }
 }
@@ -66,10 +73,13 @@ const fn of_node(event: &canopen::Event) -> EventKind {
             NoEffect::RpdoState { .. }
             | NoEffect::RpdoEmpty { .. }
             | NoEffect::RpdoLate { .. }
+            | NoEffect::RpdoOff { .. }
+            | NoEffect::TpdoRequest { .. }
             | NoEffect::RpdoWaits { .. },
         ) => EventKind::Pdo,
         canopen::Event::Emergency { .. } => EventKind::Emcy,
         canopen::Event::LifeGuardingExpired
+        | canopen::Event::NoEffect(NoEffect::Guarding { .. })
         | canopen::Event::LifeGuardingBack
         | canopen::Event::HeartbeatLost { .. }
         | canopen::Event::HeartbeatBack(_) => EventKind::ErrorControl,
@@ -83,6 +93,7 @@ impl fmt::Display for CanopenEvent {
             Self::Node(event) => event.fmt(f),
             Self::Repeated { event, again } => write!(f, "{again}: {event}"),
             Self::Device(event) => event.fmt(f),
+            Self::DeviceRepeated { event, again } => write!(f, "{again}: {event}"),
         }
     }
 }

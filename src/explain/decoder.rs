@@ -3,9 +3,9 @@
 //! Not with a [`Framer`](crate::profibus::fdl::Framer): octets in a file have no time, broken telegrams are explained instead of
 //! dropped, and words of a PPO may stand between telegrams.
 
-use super::foreign::Foreign;
 use super::{Context, Explanation, Field, Kind, Mark, Sender, ppo};
 use crate::profibus::fdl::MAX_TELEGRAM_LEN;
+use crate::profibus::fdl::foreign::Foreign;
 use crate::profibus::fdl::telegram::{Decoded, Telegram, decode};
 
 /// Cuts octets into telegrams and words and explains each. Every octet comes back in exactly one [`Explanation`], in

@@ -2,10 +2,10 @@
 
 use super::context::{Asked, Context};
 use super::field::{Bits, Field, Mark, hex};
-use super::foreign::Foreign;
 use super::service::{self, Carried};
 use super::{Explanation, Kind, Sender, acyclic};
 use crate::profibus::dp;
+use crate::profibus::fdl::foreign::Foreign;
 use crate::profibus::fdl::telegram::{Decoded, Format, FrameError, decode};
 use crate::profibus::fdl::{
     Address, DataTelegram, FrameCount, Function, MAX_TELEGRAM_LEN, ReplyStatus, Service, StationType,
@@ -204,7 +204,7 @@ fn fc_field(at: usize, octet: u8, function: Function, repeats: bool) -> Field {
                 bits("direction", 6, 6, "request".into()),
                 fcb,
                 bits("FCV", 4, 4, counts.into()),
-                bits("function", 3, 0, service_name(service).into()),
+                bits("function", 3, 0, service.name().into()),
             ]))
         }
         Function::Response(station, status) => Field::octet("FC", at, octet, "response").with(Vec::from([
@@ -364,22 +364,6 @@ const fn refuses(status: ReplyStatus) -> bool {
         | ReplyStatus::DataHigh
         | ReplyStatus::NoResourceDataLow
         | ReplyStatus::NoResourceDataHigh => false,
-    }
-}
-
-const fn service_name(service: Service) -> &'static str {
-    match service {
-        Service::TimeEvent => "time event (DP-V2)",
-        Service::SdaLow => "SDA low: send, acknowledge",
-        Service::SdnLow => "SDN low: send, no acknowledge",
-        Service::SdaHigh => "SDA high: send, acknowledge",
-        Service::SdnHigh => "SDN high: send, no acknowledge",
-        Service::Msrd => "MSRD: send and request data, multicast reply (DP-V2)",
-        Service::FdlStatus => "request FDL status",
-        Service::SrdLow => "SRD low: send and request data",
-        Service::SrdHigh => "SRD high: send and request data",
-        Service::Ident => "request ident",
-        Service::LsapStatus => "request LSAP status",
     }
 }
 

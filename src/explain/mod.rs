@@ -16,7 +16,6 @@
 //! | `pkw` | jobs and replies of the parameter channel, and what is mistaken about them |
 //! | [`words`] | every bit of STW, ZSW, SSW and the general status register by operating mode |
 //! | [`value`] | values of parameters with their unit |
-//! | `foreign` | other protocols, by their check |
 //! | `text` | [`HexText`]: octets written as text |
 //! | `decoder` | [`Decoder`]: streams cut into telegrams and words |
 //! | [`canopen`] | frames of a CANopen network |
@@ -52,7 +51,6 @@ mod context;
 mod decoder;
 mod diag;
 mod field;
-mod foreign;
 mod frame;
 mod known;
 mod parameters;

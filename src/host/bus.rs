@@ -292,6 +292,9 @@ impl Bus {
     pub fn handle_bytes(&mut self, now: Instant, octets: &[u8]) {
         let Self { framer, stations } = self;
         stations.silenced = false;
+        if stations.watch.hears_noise() {
+            stations.watch.overhear(octets);
+        }
         framer.handle_bytes(now, octets, |at, result| stations.hear(at, now, &result));
     }
 

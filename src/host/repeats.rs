@@ -1,6 +1,10 @@
 //! Events that come again and again: the first ones are told, the others are counted.
 
+use core::fmt;
+use core::hash::{Hash, Hasher};
 use core::time::Duration;
+use std::hash::DefaultHasher;
+use std::string::ToString;
 
 use crate::face::Again;
 use crate::time::Instant;
@@ -8,13 +12,84 @@ use crate::time::Instant;
 /// What comes after this time is told as something new.
 const QUIET: Duration = Duration::from_secs(2);
 /// As long as it goes on, the count is told this often.
-const REPORT: Duration = Duration::from_secs(30);
+const REPORT: Duration = Duration::from_secs(60);
 /// Events that are looked after at the same time; others are told each time.
 const KNOWN: usize = 256;
 
+/// Events of one cause with other numbers: so many are told, the others are counted.
+const NUMBERS: u32 = 5;
+
+/// So many different complaints of one place are told while they follow each other without a pause; the others are counted.
+const DIFFERENT: u32 = 10;
+
+/// What was told: each event, its cause whatever the numbers in it are, and how many different ones of its place.
+#[derive(Debug)]
+pub(super) struct Told<E> {
+    events: Repeats<E>,
+    causes: Repeats<(u64, E)>,
+    places: Repeats<(u64, E)>,
+}
+
+impl<E> Default for Told<E> {
+    fn default() -> Self {
+        Self { events: Repeats::default(), causes: Repeats::default(), places: Repeats::default() }
+    }
+}
+
+impl<E: Clone> Told<E> {
+    /// Whether an event is to be told now; if not, it is counted. `same`: whether two events say the same; `each`: how
+    /// often it is told before it is counted; `of`: its place, and its cause, which is what it is whatever the numbers in it
+    /// are ([`cause`]).
+    pub(super) fn is_new(
+        &mut self,
+        now: Instant,
+        event: &E,
+        same: impl Fn(&E, &E) -> bool,
+        each: u32,
+        of: impl FnOnce(&E) -> (u64, u64),
+    ) -> bool {
+        if each == 1 && !self.events.knows(now, event, &same) {
+            let (place, cause) = of(event);
+            let is_of = |one: &(u64, E), other: &(u64, E)| one.0 == other.0;
+            let is_new = |told: &mut Repeats<(u64, E)>, key: u64, most| {
+                told.is_new(now, &(key, event.clone()), is_of, most)
+            };
+            let key = cause.wrapping_add(place);
+            if !is_new(&mut self.causes, key, NUMBERS) || !is_new(&mut self.places, place, DIFFERENT) {
+                return false;
+            }
+        }
+        self.events.is_new(now, event, same, each)
+    }
+
+    /// When a count is to be told; `None`: nothing repeats.
+    pub(super) fn poll_timeout(&self) -> Option<Instant> {
+        let by_key = Instant::first_of(self.causes.poll_timeout(), self.places.poll_timeout());
+        Instant::first_of(self.events.poll_timeout(), by_key)
+    }
+
+    /// An event whose count is to be told now.
+    pub(super) fn poll(&mut self, now: Instant) -> Option<(E, Again)> {
+        let of_cause = |((_, event), again): ((u64, E), Again)| (event, again);
+        let by_key = |told: &mut Repeats<(u64, E)>| told.poll(now).map(of_cause);
+        self.events.poll(now).or_else(|| by_key(&mut self.causes)).or_else(|| by_key(&mut self.places))
+    }
+}
+
+/// What an event is whatever the numbers in it are: its words without those that have a digit.
+pub(super) fn cause(event: &dyn fmt::Display) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    let text = event.to_string();
+    let words = text.split(|character: char| !character.is_ascii_alphanumeric());
+    words
+        .filter(|word| !word.bytes().any(|octet| octet.is_ascii_digit()))
+        .for_each(|word| word.hash(&mut hasher));
+    hasher.finish()
+}
+
 /// The events that came a short time ago.
 #[derive(Debug)]
-pub(super) struct Repeats<E> {
+struct Repeats<E> {
     known: Vec<Known<E>>,
     /// When the first of the counts is to be told: asked for with every telegram, changed only by events that repeat.
     due: Option<Instant>,
@@ -46,15 +121,15 @@ impl<E> Default for Repeats<E> {
 }
 
 impl<E: Clone> Repeats<E> {
+    /// Whether it came a short time ago.
+    fn knows(&self, now: Instant, event: &E, same: impl Fn(&E, &E) -> bool) -> bool {
+        let is_near = |known: &Known<E>| known.more > 0 || now.saturating_since(known.last) < QUIET;
+        self.known.iter().any(|known| is_near(known) && same(&known.event, event))
+    }
+
     /// Whether an event is to be told now; if not, it is counted. `same`: whether two events say the same; `each`: how
     /// often it is told before it is counted.
-    pub(super) fn is_new(
-        &mut self,
-        now: Instant,
-        event: &E,
-        same: impl Fn(&E, &E) -> bool,
-        each: u32,
-    ) -> bool {
+    fn is_new(&mut self, now: Instant, event: &E, same: impl Fn(&E, &E) -> bool, each: u32) -> bool {
         self.known.retain(|known| known.more > 0 || now.saturating_since(known.last) < QUIET);
         let Some(known) = self.known.iter_mut().find(|known| same(&known.event, event)) else {
             if self.known.len() < KNOWN {
@@ -78,7 +153,7 @@ impl<E: Clone> Repeats<E> {
     }
 
     /// When a count is to be told; `None`: nothing repeats.
-    pub(super) const fn poll_timeout(&self) -> Option<Instant> {
+    const fn poll_timeout(&self) -> Option<Instant> {
         self.due
     }
 
@@ -115,10 +190,26 @@ mod tests {
             counts.extend(core::iter::from_fn(|| repeats.poll(at(time))));
         }
         assert_eq!(told, 1 + 24, "one that comes each 2.5 s is told each time");
-        assert_eq!(counts, [(7, Again { times: 6000, within: Duration::from_secs(30) })]);
+        assert_eq!(counts, []);
         let last = repeats.poll(at(62_000)).map(|(event, again)| (event, again.to_string()));
-        assert_eq!(last, Some((7, "5999 times more in 30.0 s".to_string())));
+        assert_eq!(last, Some((7, "11999 times more in 60.0 s".to_string())));
         assert!(repeats.poll(at(64_000)).is_none() && repeats.is_new(at(64_000), &7, same, 1));
+    }
+
+    #[test]
+    fn of_one_cause_with_other_numbers_five_are_told_and_the_others_counted() {
+        let mut told = Told::<String>::default();
+        let (mut new, mut counts) = (0, Vec::new());
+        for time in (0..10_000_u64).step_by(10) {
+            let text = format!("travel to {time} inc refused: OFF1 is given (STW.0 = 0)");
+            new += u32::from(told.is_new(at(time), &text, PartialEq::eq, 1, |text| (5, cause(text))));
+            counts.extend(core::iter::from_fn(|| told.poll(at(time))));
+        }
+        counts.extend(core::iter::from_fn(|| told.poll(at(20_000))));
+        let times: Vec<_> = counts.iter().map(|(_, again)| again.times).collect();
+        assert_eq!((new, times), (5, vec![995]));
+        let other = "inching refused: OFF1 is given (STW.0 = 0)".to_string();
+        assert!(told.is_new(at(20_000), &other, PartialEq::eq, 1, |text| (5, cause(text))));
     }
 
     #[test]

@@ -143,6 +143,29 @@ fn a_start_up_that_takes_its_time_and_commands_for_groups_of_ours_or_of_others_a
 }
 
 #[test]
+fn sync_or_freeze_that_is_repeated_is_no_hint_and_one_that_is_left_is_said_each_minute() {
+    let mut line = Line::with(&[5]);
+    line.send(2, 5, Some(61), &[0xB0, 0, 0, 11, 0x0A, 0xC5, 0]);
+    line.send(2, 5, Some(62), &[0xF3, 0xF2]);
+    for _ in 0..1000 {
+        line.control(2, &[0x28, 0]);
+        (0..4).for_each(|_| line.send(2, 5, None, &[0; 14]));
+    }
+    assert_eq!(line.hints(), Vec::<String>::new());
+    (0..7000).for_each(|_| line.send(2, 5, None, &[0; 14]));
+    let told = line.hints();
+    let of = |what: &str| told.iter().filter(|hint| hint.contains(what)).count();
+    assert_eq!(
+        (of("Sync of master 2 holds"), of("Freeze of master 2 holds"), told.len()),
+        (2, 2, 4),
+        "{told:?}"
+    );
+    line.control(2, &[0x14, 0]);
+    (0..7000).for_each(|_| line.send(2, 5, None, &[0; 14]));
+    assert_eq!(line.hints(), Vec::<String>::new(), "Unsync and Unfreeze");
+}
+
+#[test]
 fn a_token_for_a_station_that_listens_hides_none_for_another_one() {
     let mut line = Line::with(&[5]);
     let joins = Device::new(Config::new(Address::station(6).unwrap()), Instant::ZERO);

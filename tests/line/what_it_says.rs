@@ -101,6 +101,55 @@ fn a_line() {
                 (0..9).for_each(|_| line.hear(&[0xDC, 5, 2]));
                 line.texts()
             }),
+            row("B-14", "Sync, and Data_Exchange goes on", || held(0x20)),
+            row("B-15", "Freeze, and Data_Exchange goes on", || held(0x08)),
+            row("B-16", "Sync by master 3, which has parameterised no station", || {
+                let mut line = Line::with(&[5]);
+                line.send(2, 5, Some(61), &[0xA0, 0, 0, 11, 0x0A, 0xC5, 0]);
+                line.now = line.now.saturating_add(Duration::from_secs(2));
+                line.texts();
+                (0..9).for_each(|_| line.control(3, &[0x20, 0]));
+                line.texts()
+            }),
+            row("B-17", "Set_Prm with SDA instead of SRD", || {
+                let mut line = Line::with(&[5]);
+                (0..9).for_each(|_| line.ask(2, 5, Service::SdaHigh, Some(61)));
+                line.texts()
+            }),
+            row("B-18", "Modbus RTU on the line", || {
+                let mut line = Line::with(&[5]);
+                for _ in 0..20 {
+                    line.hear(&[1, 3, 0, 0, 0, 0x0A, 0xC5, 0xCD]);
+                    line.bus.handle_broken_off(line.now);
+                    line.now = line.now.saturating_add(Duration::from_millis(50));
+                }
+                line.hints()
+            }),
+            row("B-19", "text on the line, and the rate is searched for", || {
+                let mut line = Line::with(&[5]);
+                line.bus.search_baud(line.now);
+                for _ in 0..40 {
+                    line.hear(b"Temperature 21.5 C\r\n");
+                    line.bus.handle_broken_off(line.now);
+                    line.now = line.now.saturating_add(Duration::from_millis(50));
+                }
+                line.hints()
+            }),
+            row("B-20", "MPI: a master asks SAP 1 of others, and no station of ours", || {
+                let mut line = Line::with(&[5]);
+                (0..30).for_each(|_| line.ask(0, 2, Service::SrdLow, Some(1)));
+                line.hints()
+            }),
         ],
     );
+}
+
+/// A command that holds something, and 6 s of Data_Exchange behind it.
+fn held(command: u8) -> Vec<String> {
+    let mut line = Line::with(&[5]);
+    line.send(2, 5, Some(61), &[0xB0, 0, 0, 11, 0x0A, 0xC5, 0]);
+    line.send(2, 5, Some(62), &[0xF3, 0xF2]);
+    line.control(2, &[command, 0]);
+    (0..600).for_each(|_| line.send(2, 5, None, &[0; 14]));
+    line.hints()
 }

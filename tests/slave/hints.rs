@@ -5,7 +5,6 @@ use std::time::Duration;
 use profidrive::devices::ag03::drive::{Fault, Inputs};
 use profidrive::devices::ag03::param::Value;
 use profidrive::devices::ag03::profibus::Config;
-use profidrive::devices::ag03::profibus::hint::PAUSE;
 use profidrive::face::EventKind;
 
 use crate::drive_line::{CFG, IDENT, MASTER, Reply};
@@ -58,29 +57,6 @@ fn the_address_of_stations_without_one_is_said_when_it_is_switched_on() {
     assert_eq!(told.hints(), [text]);
     let mut told = Told::new();
     told.line.wait(CYCLE);
-    assert_eq!(told.hints(), Vec::<String>::new());
-}
-
-#[test]
-fn sync_that_is_left_on_is_said_after_5_seconds_and_not_where_it_is_repeated() {
-    let mut told = Told::enabled();
-    told.line.global_control(0x20, 0);
-    told.say(0x007B, 1600, Duration::from_millis(4900));
-    assert_eq!(told.hints(), Vec::<String>::new());
-    told.say(0x007B, 1600, Duration::from_secs(1));
-    let text = "hint: Sync of master 2 holds the outputs for 5s now: new control words and setpoints do not reach the \
-                drive; next: Global_Control with Sync again, or with Unsync";
-    assert_eq!(told.hints(), [text]);
-    told.say(0x007B, 1600, Duration::from_secs(30));
-    assert_eq!(told.hints(), Vec::<String>::new(), "once");
-    told.say(0x007B, 1600, PAUSE);
-    assert_eq!(told.hints().len(), 1, "again while it goes on");
-
-    let mut told = Told::enabled();
-    for _ in 0..20 {
-        told.line.global_control(0x20, 0);
-        told.say(0x003B, 0, Duration::from_secs(1));
-    }
     assert_eq!(told.hints(), Vec::<String>::new());
 }
 

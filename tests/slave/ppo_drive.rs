@@ -410,3 +410,28 @@ proptest! {
         }
     }
 }
+
+/// What is told of these control words, each for some cycles, with the setpoint 1000h.
+fn told(words: &'static [u16]) -> Box<dyn FnOnce() -> Vec<String>> {
+    Box::new(move || {
+        let mut rig = Rig::started(PpoType::Ppo3, Table::profile());
+        rig.said.clear();
+        words.iter().for_each(|word| _ = rig.run(20, &[*word, 0x1000]));
+        rig.said
+    })
+}
+
+#[test]
+fn what_it_says_of_control_words() {
+    crate::sentences::compare(
+        "Control word of the profile",
+        vec![
+            ("V-01", "047F at once, without OFF1 before", told(&[0x047F])),
+            ("V-02", "007F: bit 10 is missing", told(&[OFF1, 0x007F])),
+            ("V-03", "0000 while the drive turns: a PLC in STOP", told(&[OFF1, RUN, 0])),
+            ("V-04", "047E and 047F with their octets exchanged", told(&[0x7E04, 0x7F04])),
+            ("V-05", "inching before operation", told(&[OFF1, 0x057E])),
+            ("V-06", "OFF2, then 047F", told(&[OFF1, 0x047C, 0x047F])),
+        ],
+    );
+}

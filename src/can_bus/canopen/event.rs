@@ -130,11 +130,26 @@ pub enum NoEffect {
         /// The PDO.
         pdo: PdoNumber,
     },
+    /// A frame with the usual identifier of an RPDO, which is off or has another one.
+    RpdoOff {
+        /// The PDO.
+        pdo: PdoNumber,
+    },
+    /// A remote request of a TPDO that answers none.
+    TpdoRequest {
+        /// The PDO.
+        pdo: PdoNumber,
+    },
+    /// A guarding request of a node that answers none now.
+    Guarding {
+        /// It produces heartbeats; if not, a time of guarding is 0.
+        heartbeat: bool,
+    },
 }
 
 impl NoEffect {
     /// One bit for each kind.
-    pub(super) const fn mask(self) -> u8 {
+    pub(super) const fn mask(self) -> u16 {
         1 << match self {
             Self::SdoStopped => 0,
             Self::SdoLength { .. } => 1,
@@ -143,6 +158,9 @@ impl NoEffect {
             Self::RpdoLate { .. } => 4,
             Self::RpdoWaits { .. } => 5,
             Self::RpdoEmpty { .. } => 6,
+            Self::RpdoOff { .. } => 7,
+            Self::TpdoRequest { .. } => 8,
+            Self::Guarding { .. } => 9,
         }
     }
 }
@@ -164,6 +182,24 @@ impl fmt::Display for NoEffect {
                 f,
                 "RPDO{pdo} ignored: no object is mapped to it; write its mapping (160{}h) before NMT 01h (start)",
                 pdo.place()
+            ),
+            Self::RpdoOff { pdo } => write!(
+                f,
+                "RPDO{pdo} ignored: it is off or has another identifier; write its COB-ID (140{}h:01), or send the one that it has",
+                pdo.place()
+            ),
+            Self::TpdoRequest { pdo } => write!(
+                f,
+                "remote request of TPDO{pdo} ignored: bit 30 of its COB-ID (180{}h:01) is 1, or the device answers none; send \
+                 SYNC, or set its transmission type to 255 (180{}h:02)",
+                pdo.place(),
+                pdo.place()
+            ),
+            Self::Guarding { heartbeat: true } => f.write_str(
+                "guarding request ignored: the node produces heartbeats (1017h is not 0); take those, or write 1017h = 0",
+            ),
+            Self::Guarding { heartbeat: false } => f.write_str(
+                "guarding request ignored: guard time or life time factor is 0 (100Ch, 100Dh); write both",
             ),
             Self::RpdoLate { pdo } => {
                 write!(f, "RPDO{pdo} ignored: it came after the window behind SYNC (1007h); send it earlier")

@@ -1,5 +1,7 @@
 //! What keeps the drive of a file from moving now, in words of CANopen.
 
+use core::fmt;
+
 use super::drive::Driven;
 use crate::can_bus::cia402::{Controlword, Mode, State};
 use crate::devices::reasons;
@@ -47,5 +49,9 @@ impl Why for Driven {
         tell_if(enabled && mode == Some(Mode::InterpolatedPosition) && !bits(0x10), INTERPOLATION);
         tell_if(enabled && drive.is_limited(), LIMITED);
         tell_if(drive.inputs().blocked, BLOCKED);
+    }
+
+    fn waits(&self) -> Option<&dyn fmt::Display> {
+        Some(reasons::waits_for(self.drive.mode(), self.drive.controlword()))
     }
 }

@@ -5,8 +5,12 @@
 
 #[cfg(feature = "std")]
 mod drive_state;
+#[cfg(feature = "std")]
+mod not_followed;
 mod reasons;
 
+#[cfg(feature = "std")]
+pub use not_followed::NotFollowed;
 pub use reasons::reasons;
 #[cfg(feature = "std")]
 pub(super) use reasons::reasons_of_drive;

@@ -3,13 +3,13 @@
 use core::fmt;
 use std::collections::VecDeque;
 
-use super::hint::LineHint;
+use super::hint::{LineHint, Owned};
 use super::join::Evidence;
 use super::station_errors::StationErrors;
 use crate::devices::StationEvent;
 use crate::face::{Again, EventKind};
 use crate::host::ByHand;
-use crate::host::repeats::Repeats;
+use crate::host::repeats::{Told, cause};
 use crate::profibus::dp;
 use crate::profibus::fdl::{Address, FrameError, RateChange, StationCounters};
 use crate::time::{BaudRate, Instant};
@@ -106,11 +106,11 @@ impl BusEvent {
             | Self::ByHand { address, .. }
             | Self::Joined { address }
             | Self::AddressLive { address, .. } => Some(*address),
+            Self::Hint(hint) => hint.station(),
             Self::MovedToTakenAddress { .. }
             | Self::TelegramRefused(_)
             | Self::Rate(_)
             | Self::RateLost { .. }
-            | Self::Hint(_)
             | Self::Lost { .. } => None,
         }
     }
@@ -156,8 +156,9 @@ impl fmt::Display for BusEvent {
 /// How often what a master can cause in each of its cycles is told before it is counted; `None`: it is told each time.
 fn told_each_time(event: &StationEvent) -> Option<u32> {
     let of_master = matches!(event.kind(), EventKind::CommandRefused | EventKind::JobRefused | EventKind::Dp);
+    let refused = matches!(event, StationEvent::Acyclic(event) if event.is_refusal());
     // A change of its state belongs between others; only a circle of them is counted.
-    let times = if event.error().is_some() { 1 } else { 3 };
+    let times = if event.error().is_some() || refused { 1 } else { 3 };
     (of_master && !event.is_detail()).then_some(times)
 }
 
@@ -165,7 +166,9 @@ fn told_each_time(event: &StationEvent) -> Option<u32> {
 #[derive(Debug, Default)]
 pub(super) struct News {
     waiting: VecDeque<BusEvent>,
-    repeats: Repeats<(Address, StationEvent)>,
+    repeats: Told<(Address, StationEvent)>,
+    /// Whose the stations are.
+    pub(super) owned: Owned,
     lost: u64,
 }
 
@@ -179,6 +182,9 @@ impl News {
         event: StationEvent,
     ) {
         errors.count(&event);
+        if let StationEvent::Dp(event) = &event {
+            self.owned.told(now, address, event);
+        }
         if matches!(event, StationEvent::ReplyTooLate(_)) {
             counters.too_late = counters.too_late.saturating_add(1);
         }
@@ -187,7 +193,8 @@ impl News {
         }
         let each = told_each_time(&event);
         let told = (address, event);
-        if each.is_none_or(|each| self.repeats.is_new(now, &told, PartialEq::eq, each)) {
+        let of = |told: &(Address, StationEvent)| (u64::from(told.0.number()), cause(&told.1));
+        if each.is_none_or(|each| self.repeats.is_new(now, &told, PartialEq::eq, each, of)) {
             self.push(BusEvent::Station { address, event: told.1 });
         }
     }

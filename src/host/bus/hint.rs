@@ -4,22 +4,35 @@
 //! | --- | --- |
 //! | here | [`LineHint`]: what is odd, in words; who is asked, and by whom |
 //! | `start_up` | what leads to no data exchange, or nowhere |
+//! | `owned` | whose the stations are, and what Global_Control holds in them |
 
+mod owned;
 mod start_up;
 
 use core::fmt;
 use core::time::Duration;
 
+pub(super) use self::owned::Owned;
 use self::start_up::StartUp;
 use crate::devices::ag03::profibus::hint::PAUSE;
 use crate::host::bus::Presence;
 use crate::host::ranges::Ranges;
-use crate::profibus::dp::{self, PrmBit};
-use crate::profibus::fdl::{Address, DataTelegram, Function, Service, Telegram};
+use crate::profibus::dp::{self, ControlBit, PrmBit};
+use crate::profibus::fdl::foreign::Foreign;
+use crate::profibus::fdl::{Address, DataTelegram, Function, Sap, Service, Telegram};
 use crate::time::{BaudRate, Instant};
 
 /// So many runs of octets that are no telegram, and no telegram between them, are noise.
 const NOISE: u32 = 20;
+
+/// While the rate is searched for, so many.
+const NOISE_OF_SEARCH: u32 = 200;
+
+/// Octets of noise that are looked at.
+const OVERHEARD: usize = 512;
+
+/// So many requests to service access points that DP does not have, and none that it has, are another protocol.
+const NOT_DP: u8 = 20;
 
 /// So many requests in vain to one address are no look-around.
 const IN_VAIN: u8 = 3;
@@ -36,8 +49,17 @@ const TOGETHER: Duration = Duration::from_secs(1);
 pub enum LineHint {
     /// Many octets, and no telegram among them.
     OnlyNoise {
-        /// The rate listened at.
-        rate: BaudRate,
+        /// The rate listened at; `None`: every rate was tried.
+        rate: Option<BaudRate>,
+        /// What it is, if it is known.
+        foreign: Option<Foreign>,
+    },
+    /// Masters speak FDL, and none of them DP.
+    NotDp {
+        /// One of them.
+        master: Address,
+        /// A service access point that it asks.
+        sap: Sap,
     },
     /// A master asks an address where nobody is.
     NobodyThere {
@@ -102,11 +124,58 @@ pub enum LineHint {
         /// To whom.
         station: Address,
     },
+    /// A Global_Control of a master that has parameterised no station.
+    ControlOfOther {
+        /// Who sent it.
+        master: Address,
+    },
+    /// Sync or Freeze holds for a long time, and the master goes on with Data_Exchange.
+    Held {
+        /// The owner.
+        master: Address,
+        /// Of which station.
+        station: Address,
+        /// Sync or Freeze.
+        bit: ControlBit,
+        /// For so long.
+        time: Duration,
+    },
+    /// A station is asked with a service of layer 2 that DP does not use.
+    NotOfDp {
+        /// Who asks.
+        master: Address,
+        /// Whom.
+        station: Address,
+        /// With which service.
+        service: Service,
+    },
 }
 
 /// A set of addresses. `Display`: `3, 5 to 8`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Addresses(u128);
+
+impl LineHint {
+    /// The station it is about; `None`: the line.
+    pub(crate) const fn station(&self) -> Option<Address> {
+        match self {
+            Self::MasterAtStation { address: station }
+            | Self::OnlyDiagnosis { station, .. }
+            | Self::LockAndUnlock { station, .. }
+            | Self::TokenToSlave { station, .. }
+            | Self::Held { station, .. }
+            | Self::NotOfDp { station, .. } => Some(*station),
+            Self::OnlyNoise { .. }
+            | Self::NotDp { .. }
+            | Self::NobodyThere { .. }
+            | Self::SecondMaster { .. }
+            | Self::NoSuchGroup { .. }
+            | Self::ControlLength { .. }
+            | Self::ControlReserved { .. }
+            | Self::ControlOfOther { .. } => None,
+        }
+    }
+}
 
 impl Addresses {
     const NONE: Self = Self(0);
@@ -134,6 +203,11 @@ pub(super) struct Watch {
     /// Refused octets since the last telegram.
     noise: u32,
     noise_said: Option<Instant>,
+    /// The newest of these octets.
+    overheard: Vec<u8>,
+    /// Requests of masters that are none of DP, since one was.
+    not_dp: u8,
+    not_dp_said: Option<Instant>,
     /// Who has replied.
     heard: Addresses,
     /// The addresses that were asked in vain last, and how often.
@@ -148,7 +222,10 @@ pub(super) struct Watch {
     same_address_said: Option<Instant>,
     /// A token was heard: FDL_Status may be the look-around of the GAP.
     has_token: bool,
+    /// Who passes the token to others, and who gets it.
+    ring: Addresses,
     token_said: Option<Instant>,
+    service_said: Option<Instant>,
     start_up: StartUp,
 }
 
@@ -157,6 +234,9 @@ impl Watch {
         Self {
             noise: 0,
             noise_said: None,
+            overheard: Vec::new(),
+            not_dp: 0,
+            not_dp_said: None,
             heard: Addresses::NONE,
             in_vain: [None; FOLLOWED],
             next: 0,
@@ -165,20 +245,39 @@ impl Watch {
             second_said: None,
             same_address_said: None,
             has_token: false,
+            ring: Addresses::NONE,
             token_said: None,
+            service_said: None,
             start_up: StartUp::new(),
         }
     }
 
-    /// Octets that are no telegram.
-    pub(super) fn refused(&mut self, now: Instant, rate: BaudRate) -> Option<LineHint> {
+    /// Octets that are no telegram. `rate`: while it is searched for `None`.
+    pub(super) fn refused(&mut self, now: Instant, rate: Option<BaudRate>) -> Option<LineHint> {
         self.noise = self.noise.saturating_add(1);
-        if self.noise != NOISE {
+        let many = if rate.is_some() { NOISE } else { NOISE_OF_SEARCH };
+        if self.noise < many {
             return None;
         }
         // Counts again, so that it is said again while it goes on.
-        self.noise = 0;
-        due(&mut self.noise_said, now).then_some(LineHint::OnlyNoise { rate })
+        self.noise = 1;
+        let hint = due(&mut self.noise_said, now)
+            .then(|| LineHint::OnlyNoise { rate, foreign: Foreign::in_noise(&self.overheard) });
+        self.overheard.clear();
+        hint
+    }
+
+    /// Whether the octets before were no telegram: [`overhear`](Self::overhear) wants the next ones.
+    #[inline]
+    pub(super) const fn hears_noise(&self) -> bool {
+        self.noise > 0
+    }
+
+    /// Octets behind others that were no telegram.
+    #[cold]
+    pub(super) fn overhear(&mut self, octets: &[u8]) {
+        let room = OVERHEARD.saturating_sub(self.overheard.len());
+        self.overheard.extend(octets.iter().take(room));
     }
 
     /// A telegram. `presence`: of a station of ours; `there`: all of them.
@@ -189,6 +288,7 @@ impl Watch {
         telegram: &Telegram<'_>,
         presence: impl Fn(Address) -> Option<Presence>,
         there: impl FnOnce() -> Addresses,
+        owned: &mut Owned,
     ) -> Option<LineHint> {
         let is_there = |address| presence(address).is_some();
         self.noise = 0;
@@ -196,16 +296,20 @@ impl Watch {
             Telegram::Data(data) => data,
             Telegram::Token { da, sa } => {
                 self.has_token = true;
+                if da != sa && !da.is_broadcast() && !sa.is_broadcast() {
+                    self.ring.add(*da);
+                    self.ring.add(*sa);
+                }
                 // Whose address a station has that is not active yet may be a master.
                 let to_slave = presence(*da) == Some(Presence::Active) && due(&mut self.token_said, now);
                 return to_slave.then_some(LineHint::TokenToSlave { master: *sa, station: *da });
             }
             Telegram::ShortAcknowledge => return None,
         };
-        let asks = match data.fc.function() {
+        let (service, asks) = match data.fc.function() {
             // Who passes no token does not look around.
-            Function::Request(Service::FdlStatus, _) => !self.has_token,
-            Function::Request(service, _) => is_for_data(service),
+            Function::Request(service @ Service::FdlStatus, _) => (service, !self.has_token),
+            Function::Request(service, _) => (service, is_for_data(service)),
             Function::Response(..) | Function::Reserved => {
                 self.heard.add(data.sa);
                 return None;
@@ -224,19 +328,35 @@ impl Watch {
             }
         }
         if data.da.is_broadcast() || is_there(data.da) {
+            if !is_of_dp(service, data) && due(&mut self.service_said, now) {
+                return Some(LineHint::NotOfDp { master: data.sa, station: data.da, service });
+            }
             let alone = self.heard == Addresses::NONE;
-            self.start_up.asked(now, data, alone)
+            self.not_dp = 0;
+            self.start_up.asked(now, data, alone, owned)
+        } else if asks && data.dsap.is_some_and(|sap| !(50..=63).contains(&sap.number())) {
+            self.not_of_dp(now, data)
         } else if asks {
+            self.not_dp = 0;
             self.asked_in_vain(now, data, there)
         } else {
             None
         }
     }
 
+    /// A request to others at a service access point that DP does not have: whether all of them are so.
+    fn not_of_dp(&mut self, now: Instant, request: &DataTelegram<'_>) -> Option<LineHint> {
+        self.not_dp = self.not_dp.saturating_add(1);
+        let hint = LineHint::NotDp { master: request.sa, sap: request.dsap? };
+        (self.not_dp >= NOT_DP && due(&mut self.not_dp_said, now)).then_some(hint)
+    }
+
     fn another_master(&mut self, now: Instant, second: Address) -> Option<LineHint> {
         let before = self.master.replace((second, now));
         let (first, at) = before?;
-        let together = now.saturating_since(at) < TOGETHER;
+        // Masters that pass the token to each other are meant to be there.
+        let is_ring = self.ring.contains(first) && self.ring.contains(second);
+        let together = now.saturating_since(at) < TOGETHER && !is_ring;
         (together && due(&mut self.second_said, now)).then_some(LineHint::SecondMaster { first, second })
     }
 
@@ -304,13 +424,38 @@ const fn is_for_data(service: Service) -> bool {
     }
 }
 
+/// Whether masters of DP ask a slave so. What looks for stations asks for FDL_Status.
+const fn is_of_dp(service: Service, request: &DataTelegram<'_>) -> bool {
+    match service {
+        Service::SrdLow | Service::SrdHigh | Service::FdlStatus => true,
+        Service::SdnLow | Service::SdnHigh | Service::TimeEvent => {
+            request.da.is_broadcast() || request.dsap.is_some()
+        }
+        Service::SdaLow | Service::SdaHigh | Service::Msrd | Service::Ident | Service::LsapStatus => false,
+    }
+}
+
 impl fmt::Display for LineHint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::OnlyNoise { rate } => write!(
+            Self::OnlyNoise { rate, foreign } => {
+                f.write_str("hint: only octets that are no telegram are heard")?;
+                match rate {
+                    Some(rate) => write!(f, " at {rate}")?,
+                    None => f.write_str(", the rate is not found")?,
+                }
+                match foreign {
+                    Some(foreign) => write!(f, ": {foreign}; connect the master of PROFIBUS DP"),
+                    None => f.write_str(
+                        "; set the rate of the master, and check whether A and B are exchanged and the line is terminated at \
+                         both ends",
+                    ),
+                }
+            }
+            Self::NotDp { master, sap } => write!(
                 f,
-                "hint: only octets that are no telegram are heard at {rate}; set the rate of the master, and check \
-                 whether A and B are exchanged and the line is terminated at both ends"
+                "hint: master {master} speaks PROFIBUS, but not DP (it asks SAP {sap}): MPI, FMS or another protocol; connect the \
+                 interface of the PLC that is set to DP master"
             ),
             Self::NobodyThere { master, asked, there: Addresses(0) } => {
                 write!(f, "hint: master {master} asks for station {asked}, and no station is on the line")
@@ -374,6 +519,33 @@ impl fmt::Display for LineHint {
                 f,
                 "hint: master {master} passes the token to station {station}, which is a slave and takes none; a master \
                  passes it to masters only, which answer FDL_Status as such"
+            ),
+            Self::ControlOfOther { master } => write!(
+                f,
+                "hint: Global_Control of master {master} has no effect: it has parameterised no station of the line, and each \
+                 obeys the master that did; send it by that one"
+            ),
+            Self::Held { master, station, bit, time } => {
+                let (what, then, undo) = if *bit == ControlBit::Freeze {
+                    ("inputs", "the master sees old inputs", ControlBit::Unfreeze)
+                } else {
+                    ("outputs", "new control words and setpoints do not reach the device", ControlBit::Unsync)
+                };
+                write!(
+                    f,
+                    "hint: {} of master {master} holds the {what} of station {station} for {time:?} now: {then}; next: \
+                     Global_Control with {} again, or with {}",
+                    bit.name(),
+                    bit.name(),
+                    undo.name()
+                )
+            }
+            Self::NotOfDp { master, station, service } => write!(
+                f,
+                "hint: master {master} sends station {station} a request that DP does not use ({}; octet FC, code {:X}); send \
+                 requests with SRD (codes C and D), and Global_Control with SDN (codes 4 and 6)",
+                service.name(),
+                *service as u8
             ),
         }
     }

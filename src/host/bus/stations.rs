@@ -39,7 +39,7 @@ pub(super) struct Stations {
     /// The master changed and has not said anything yet: what a station still sends answers the one before.
     pub(super) silenced: bool,
     pub(super) counters: LineCounters,
-    watch: Watch,
+    pub(super) watch: Watch,
     /// Where values are shown that somebody follows.
     pub(super) board: Option<ValueBoard>,
     pub(super) news: News,
@@ -192,11 +192,11 @@ impl Stations {
         if self.is_searching_after(now, telegram) {
             return;
         }
-        let Self { watch, slots, order, .. } = self;
+        let Self { watch, slots, order, news, .. } = self;
         let presence = |address| Some(slots.get(index(address))?.as_ref()?.presence);
         let there = || Addresses::of(order.iter().copied());
-        if let Some(hint) = watch.heard(now, telegram, presence, there) {
-            self.news.push(BusEvent::Hint(hint));
+        if let Some(hint) = watch.heard(now, telegram, presence, there, &mut news.owned) {
+            news.push(BusEvent::Hint(hint));
         }
         if self.joining > 0 {
             self.hear_while_joining(telegram);
@@ -235,13 +235,11 @@ impl Stations {
         }
     }
 
-    /// Octets that are no telegram. While the rate is searched for they are to be expected.
+    /// Octets that are no telegram. While the rate is searched for they are to be expected, but not for long.
     fn refuse(&mut self, now: Instant, error: FrameError) {
         self.news.push(BusEvent::TelegramRefused(error));
-        if self.search.is_some_and(|search| search.is_searching()) {
-            return;
-        }
-        if let Some(hint) = self.watch.refused(now, self.baud) {
+        let searching = self.search.is_some_and(|search| search.is_searching());
+        if let Some(hint) = self.watch.refused(now, (!searching).then_some(self.baud)) {
             self.news.push(BusEvent::Hint(hint));
         }
     }

@@ -24,6 +24,13 @@ pub enum BusHint {
         /// Who is there.
         there: Numbers,
     },
+    /// A frame for a node of ours has an identifier of 29 bits.
+    Wide {
+        /// The identifier.
+        id: u32,
+        /// The node whose it is with 11 bits.
+        node: NodeId,
+    },
 }
 
 /// What a master wants of a node.
@@ -53,6 +60,7 @@ pub struct NodeWatch {
     said: Numbers,
     /// How many of them since when.
     told: (u8, Instant),
+    wide_said: Option<Instant>,
 }
 
 impl Numbers {
@@ -95,13 +103,16 @@ impl NodeWatch {
 
     const fn new(patience: u8) -> Self {
         let none = Numbers(0);
-        Self { patience, heard: none, asked: [0; 128], said: none, told: (0, Instant::ZERO) }
+        Self { patience, heard: none, asked: [0; 128], said: none, told: (0, Instant::ZERO), wide_said: None }
     }
 
     /// A frame that nodes do not send themselves ([`Event::Passed`](super::Event::Passed) by a port). `there`: the nodes of
     /// ours. A hint for a number comes once until a node with that number is there.
     pub fn heard(&mut self, now: Instant, frame: &Frame, there: impl FnOnce() -> Numbers) -> Option<BusHint> {
-        let Id::Base(id) = frame.id() else { return None };
+        let id = match frame.id() {
+            Id::Base(id) => id,
+            Id::Extended(_) => return self.wide(now, frame.id().number(), there),
+        };
         if frame.is_remote() {
             return None;
         }
@@ -121,6 +132,19 @@ impl NodeWatch {
             }
             (_, Some(_) | None) => None,
         }
+    }
+
+    /// A frame of 29 bits is for no node of CANopen; one whose number is that of a service of ours was meant for it.
+    #[cold]
+    fn wide(&mut self, now: Instant, id: u32, there: impl FnOnce() -> Numbers) -> Option<BusHint> {
+        let short = u16::try_from(id).ok().filter(|id| *id <= 0x7FF)?;
+        let [low, _] = short.to_le_bytes();
+        let node = NodeId::new(low & 0x7F).ok().filter(|node| there().contains(*node))?;
+        let due = self.wide_said.is_none_or(|said| now.saturating_since(said) >= PAUSE);
+        if due {
+            self.wide_said = Some(now);
+        }
+        due.then_some(BusHint::Wide { id, node })
     }
 
     fn asked(
@@ -170,7 +194,16 @@ impl NodeWatch {
 
 impl fmt::Display for BusHint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self::NobodyThere { request, asked, there } = self;
+        let (request, asked, there) = match self {
+            Self::NobodyThere { request, asked, there } => (request, asked, there),
+            Self::Wide { id, node } => {
+                return write!(
+                    f,
+                    "hint: node {node} ignores a frame with the identifier {id:08X}h of 29 bits: CANopen has identifiers of 11 \
+                     bits; send {id:03X}h as a standard frame"
+                );
+            }
+        };
         let what = match request {
             NodeRequest::Sdo => "is asked (SDO)",
             NodeRequest::Nmt => "is commanded (NMT)",

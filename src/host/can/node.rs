@@ -11,9 +11,9 @@ use crate::can_bus::canopen::nmt::Command;
 use crate::can_bus::canopen::node::storage::{Eeprom, Generation, NotStored, StoreRequest};
 use crate::can_bus::canopen::{NmtState, NodeId};
 use crate::devices::{CanopenDevice, CanopenEvent};
-use crate::face::Why;
+use crate::face::{DeviceEvent as _, EventKind, Why};
 use crate::host::list::Choices;
-use crate::host::repeats::Repeats;
+use crate::host::repeats::{Told, cause};
 use crate::host::state_dir::{Images, Newest, StateDir, StateDirError};
 use crate::host::{Stored, ValueBoard};
 use crate::time::Instant;
@@ -31,7 +31,7 @@ pub struct StoredNode {
     /// Faults on purpose between the device and the bus.
     injector: Option<Box<FaultInjector>>,
     counters: NodeCounters,
-    repeats: Repeats<canopen::Event>,
+    repeats: Told<CanopenEvent>,
     /// Where its values are shown that somebody follows.
     pub(super) board: Option<ValueBoard>,
     /// What moves its inputs.
@@ -59,7 +59,7 @@ impl StoredNode {
             error_state: ErrorState::Active,
             injector: None,
             counters: NodeCounters::default(),
-            repeats: Repeats::default(),
+            repeats: Told::default(),
             board: None,
             signals: Vec::new(),
         }
@@ -235,22 +235,34 @@ impl Images for Unit {
     }
 }
 
-/// Whether a master can cause it with each frame, so that it is counted when it comes again.
-const fn may_repeat(event: &canopen::Event) -> bool {
-    matches!(
-        event,
-        canopen::Event::NmtIgnored { .. }
+/// How often what a master can cause with each frame is told before it is counted; `None`: it is told each time.
+fn told_each_time(event: &CanopenEvent) -> Option<u32> {
+    let refused = |kind| matches!(kind, EventKind::CommandRefused | EventKind::JobRefused | EventKind::Hint);
+    match event {
+        CanopenEvent::Node(
+            canopen::Event::NmtIgnored { .. }
+            | canopen::Event::NoEffect(_)
             | canopen::Event::SdoRefused(_)
             | canopen::Event::SdoAbortedByClient { .. }
             | canopen::Event::RpdoLength { .. }
             | canopen::Event::RpdoRefused { .. }
-            | canopen::Event::FramesLost { .. }
-    )
+            | canopen::Event::FramesLost { .. },
+        ) => Some(1),
+        // Changes belong between others; only a circle of them is counted.
+        CanopenEvent::Node(
+            canopen::Event::BootUp { .. } | canopen::Event::State { .. } | canopen::Event::Emergency { .. },
+        ) => Some(3),
+        CanopenEvent::Device(event) if refused(event.kind()) => Some(1),
+        CanopenEvent::Node(_)
+        | CanopenEvent::Device(_)
+        | CanopenEvent::Repeated { .. }
+        | CanopenEvent::DeviceRepeated { .. } => None,
+    }
 }
 
 /// Whether two events say the same; what was lost is counted by the event itself.
-fn is_same(one: &canopen::Event, other: &canopen::Event) -> bool {
-    let lost = |event: &canopen::Event| matches!(event, canopen::Event::FramesLost { .. });
+fn is_same(one: &CanopenEvent, other: &CanopenEvent) -> bool {
+    let lost = |event: &CanopenEvent| matches!(event, CanopenEvent::Node(canopen::Event::FramesLost { .. }));
     one == other || lost(one) && lost(other)
 }
 
@@ -305,13 +317,19 @@ impl CanParticipant for StoredNode {
         let now = self.stored.now();
         while let Some(event) = self.stored.unit_mut().device.poll_event() {
             self.counters.tell(&event);
-            let CanopenEvent::Node(of_node) = event else { return Some(event) };
-            if !may_repeat(&of_node) || self.repeats.is_new(now, &of_node, is_same, 1) {
+            let each = told_each_time(&event);
+            if each
+                .is_none_or(|each| self.repeats.is_new(now, &event, is_same, each, |event| (0, cause(event))))
+            {
                 return Some(event);
             }
         }
         let (event, again) = self.repeats.poll(now)?;
-        Some(CanopenEvent::Repeated { event, again })
+        Some(match event {
+            CanopenEvent::Node(event) => CanopenEvent::Repeated { event, again },
+            CanopenEvent::Device(event) => CanopenEvent::DeviceRepeated { event, again },
+            counted @ (CanopenEvent::Repeated { .. } | CanopenEvent::DeviceRepeated { .. }) => counted,
+        })
     }
 
     fn poll_timeout(&self) -> Option<Instant> {

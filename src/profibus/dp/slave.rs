@@ -58,6 +58,9 @@ pub struct Slave<A = Fixed<'static>> {
     announced: bool,
     /// What was said already of what is not served.
     said: Said,
+    /// What ended the last data exchange. Nobody asks a slave without `std`.
+    #[cfg(feature = "std")]
+    ended: Option<Event>,
     /// The octets of a reply that lie nowhere else.
     reply: Buffer,
 }
@@ -122,6 +125,8 @@ impl<A: Application> Slave<A> {
             ext_diag: ExtDiag::NONE,
             announced: false,
             said: Said::default(),
+            #[cfg(feature = "std")]
+            ended: None,
             reply: Buffer::EMPTY,
         }
     }
@@ -309,7 +314,7 @@ impl<A: Application> Slave<A> {
     pub(crate) fn abort(&mut self) -> Option<Event> {
         let master = self.owner?;
         self.leave_master(Stimulus::ApplicationLost);
-        Some(Event::ApplicationAborted { master })
+        Some(self.ends_with(Event::ApplicationAborted { master }))
     }
 
     /// The application has judged the configuration of `ticket` at `now`. Without effect if that one is no longer
@@ -413,11 +418,11 @@ impl<A: Application> Slave<A> {
         let master = self.owner?;
         if let Some(after) = self.watchdog.and_then(|watchdog| watchdog.expired(now)) {
             self.leave_master(Stimulus::WatchdogExpired);
-            return Some(Event::WatchdogExpired { master, after });
+            return Some(self.ends_with(Event::WatchdogExpired { master, after }));
         }
         let after = self.user_watchdog?.expired(now)?;
         self.leave_master(Stimulus::ApplicationLost);
-        Some(Event::ApplicationSilent { master, after })
+        Some(self.ends_with(Event::ApplicationSilent { master, after }))
     }
 
     /// When to call [`Slave::handle_timeout`]. Changes with every request handled or heard, and with every word of
@@ -484,12 +489,32 @@ impl<A: Application> Slave<A> {
         // Freeze ends with the master: the inputs as they were before.
         self.reply.keep([self.process_data.inputs(), &[]]);
         self.leave_master(Stimulus::WrongOutputLength);
+        let event = self.ends_with(Event::WrongOutputLength { master, expected, got });
         let reply = match self.policy.wrong_output_length {
             WrongOutputLength::NotActivated => Reply::NotActivated,
             WrongOutputLength::NoResource => Reply::NoResource,
             WrongOutputLength::Inputs => self.with_priority(self.reply.octets()),
         };
-        Handled { event: Some(Event::WrongOutputLength { master, expected, got }), ..Handled::reply(reply) }
+        Handled { event: Some(event), ..Handled::reply(reply) }
+    }
+
+    /// The event, which says from now on why the slave waits for Set_Prm.
+    #[cfg(feature = "std")]
+    pub(super) const fn ends_with(&mut self, event: Event) -> Event {
+        self.ended = Some(event);
+        event
+    }
+
+    /// The event; nobody asks later.
+    #[cfg(not(feature = "std"))]
+    pub(super) const fn ends_with(&self, event: Event) -> Event {
+        event
+    }
+
+    /// What ended the last data exchange, as it was told.
+    #[cfg(feature = "std")]
+    pub(crate) const fn ended(&self) -> Option<Event> {
+        self.ended
     }
 
     /// Gives up the owner and everything that came with it (`dp-v0.md` 7, Leave-Master).

@@ -127,8 +127,9 @@ impl Event {
     /// Whether it is detail: a log leaves it out unless asked for more.
     pub const fn is_detail(&self) -> bool {
         match self {
-            Self::Read { .. } | Self::Refused { .. } | Self::Identified { written: false, .. } => true,
+            Self::Read { .. } | Self::Identified { written: false, .. } => true,
             Self::Written { .. }
+            | Self::Refused { .. }
             | Self::ExtPrm { .. }
             | Self::Identified { written: true, .. }
             | Self::AlarmDelivered { .. }

@@ -88,6 +88,24 @@ pub enum Service {
 }
 
 impl Service {
+    /// What it is called.
+    #[cfg(feature = "std")]
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::TimeEvent => "time event (DP-V2)",
+            Self::SdaLow => "SDA low: send, acknowledge",
+            Self::SdnLow => "SDN low: send, no acknowledge",
+            Self::SdaHigh => "SDA high: send, acknowledge",
+            Self::SdnHigh => "SDN high: send, no acknowledge",
+            Self::Msrd => "MSRD: send and request data, multicast reply (DP-V2)",
+            Self::FdlStatus => "request FDL status",
+            Self::SrdLow => "SRD low: send and request data",
+            Self::SrdHigh => "SRD high: send and request data",
+            Self::Ident => "request ident",
+            Self::LsapStatus => "request LSAP status",
+        }
+    }
+
     /// Whether a station answers this request.
     pub const fn wants_reply(self) -> bool {
         match self {

@@ -23,6 +23,8 @@ pub mod address;
 pub mod baud_search;
 pub mod counters;
 mod fcs;
+#[cfg(feature = "std")]
+pub(crate) mod foreign;
 pub mod framer;
 pub mod function_code;
 mod rates;

@@ -25,16 +25,23 @@ fn hints_of_a_bus() {
         "Hints of a CANopen bus",
         vec![
             row(
-                "B-01",
+                "NB-01",
                 "SDO requests to node 9, where 5 and 6 are",
                 said(NodeWatch::inside(), 0x609, &[0x40, 0, 0x10, 0, 0, 0, 0, 0], &[5, 6]),
             ),
-            row("B-02", "NMT start of node 9", said(NodeWatch::inside(), 0, &[0x01, 9], &[5, 6])),
+            row("NB-02", "NMT start of node 9", said(NodeWatch::inside(), 0, &[0x01, 9], &[5, 6])),
             row(
-                "B-03",
+                "NB-03",
                 "NMT reset of node 9 on a bus without nodes",
                 said(NodeWatch::outside(), 0, &[0x81, 9], &[]),
             ),
+            row("NB-04", "an SDO request to node 5 as a frame with an identifier of 29 bits", || {
+                let wide =
+                    Frame::data(Id::extended(0x605).unwrap(), &[0x40, 0, 0x10, 0, 0, 0, 0, 0]).unwrap();
+                let there = || Numbers::of([node(5)]);
+                let hint = NodeWatch::inside().heard(Instant::from_millis(1), &wide, there);
+                hint.map(|hint| hint.to_string()).into_iter().collect()
+            }),
         ],
     );
 }

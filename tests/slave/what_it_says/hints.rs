@@ -20,13 +20,7 @@ fn hints() {
                 told.line.wait(CYCLE);
                 told.hints()
             }),
-            row("H-02", "Sync is left on", || {
-                let mut told = Told::enabled();
-                told.line.global_control(0x20, 0);
-                told.say(0x003B, 0, Duration::from_secs(6));
-                told.hints()
-            }),
-            row("H-03", "a watchdog of 10 ms, and a master that asks every 25 ms", || {
+            row("H-02", "a watchdog of 10 ms, and a master that asks every 25 ms", || {
                 let mut told = Told::new();
                 for _ in 0..3 {
                     told.line.start_up_with(&[0x88, 1, 1, 11, IDENT[0], IDENT[1], 0]);
@@ -34,7 +28,7 @@ fn hints() {
                 }
                 told.hints()
             }),
-            row("H-04", "equal limits", || {
+            row("H-03", "equal limits", || {
                 let mut told = Told::exchanging();
                 told.write(1016, Value::Double(500));
                 told.write(1017, Value::Double(500));
@@ -42,7 +36,7 @@ fn hints() {
                 told.say(0x003B, 0, CYCLE);
                 told.hints()
             }),
-            row("H-05", "limit 1 below limit 2", || {
+            row("H-04", "limit 1 below limit 2", || {
                 let mut told = Told::exchanging();
                 told.write(1016, Value::Double(0));
                 told.write(1017, Value::Double(500));

@@ -208,6 +208,11 @@ fn the_node() {
                     (0..9).for_each(|_| rig.travel(0x001F, 200_000));
                 }),
             ),
+            row(
+                "N-31",
+                "a frame for an RPDO that is off",
+                after(|rig| (0..9).for_each(|_| _ = rig.data(0x405, &[6, 0]))),
+            ),
         ],
     );
 }

@@ -40,6 +40,21 @@ fn why() {
                 told.line.request(MASTER, Some(62), &[0x11]);
                 asked(&told)
             }),
+            row("W-17", "the watchdog expired", || {
+                let mut told = Told::exchanging();
+                told.line.wait(std::time::Duration::from_secs(10));
+                asked(&told)
+            }),
+            row("W-18", "Data_Exchange with another number of outputs", || {
+                let mut told = Told::exchanging();
+                told.line.request(MASTER, None, &[0; 10]);
+                asked(&told)
+            }),
+            row("W-19", "Set_Prm was accepted, and no Chk_Cfg comes", || {
+                let mut told = Told::new();
+                told.line.request(MASTER, Some(61), &PRM);
+                asked(&told)
+            }),
             row("W-04", "switched off", || {
                 let mut told = Told::new();
                 told.line.device.power_off(told.line.now);

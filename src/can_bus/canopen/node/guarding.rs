@@ -8,7 +8,7 @@ use crate::can_bus::can::Frame;
 use crate::can_bus::canopen::application::{Application, Notice};
 use crate::can_bus::canopen::cob_id;
 use crate::can_bus::canopen::emcy;
-use crate::can_bus::canopen::event::Event;
+use crate::can_bus::canopen::event::{Event, NoEffect};
 use crate::time::Instant;
 
 /// What was answered last and until when the next request has to come.
@@ -46,11 +46,11 @@ impl Node {
     pub(super) fn guarding_request(&mut self, now: Instant, app: &mut dyn Application) {
         let Some(state) = self.state else { return };
         if self.values.heartbeat != 0 && !self.policy.guarding_beside_heartbeat {
-            return;
+            return self.no_effect(NoEffect::Guarding { heartbeat: true });
         }
         let life_time = self.life_time();
         if life_time.is_none() && !self.policy.guarding_without_times {
-            return;
+            return self.no_effect(NoEffect::Guarding { heartbeat: false });
         }
         let octet = state.octet() | u8::from(self.guarding.toggle) << 7;
         self.send(Frame::with(cob_id::of_node(cob_id::ERROR_CONTROL, self.node_id), [octet]));

@@ -114,7 +114,7 @@ pub struct Node {
     /// The last NMT command that was not followed and told.
     ignored: Option<u8>,
     /// What had no effect and was told, one bit for each kind.
-    without_effect: u8,
+    without_effect: u16,
 }
 
 impl Node {
@@ -283,6 +283,7 @@ impl Node {
         } else if let Some(pdo) = self.rpdo_of(id) {
             self.rpdo_received(now, pdo, frame, app);
         } else {
+            self.rpdo_is_off(id);
             return false;
         }
         true

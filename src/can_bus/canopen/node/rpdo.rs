@@ -4,7 +4,7 @@ use super::Node;
 use super::errors::Cause;
 use crate::can_bus::can::{Frame, Id};
 use crate::can_bus::canopen::application::{Application, Notice, Source};
-use crate::can_bus::canopen::cob_id::CobId;
+use crate::can_bus::canopen::cob_id::{self, CobId};
 use crate::can_bus::canopen::emcy;
 use crate::can_bus::canopen::event::{Event, NoEffect};
 use crate::can_bus::canopen::pdo::mapping::{self, Pieces};
@@ -64,6 +64,17 @@ impl Node {
     /// Whether this is the identifier of an RPDO that is on, whatever it carries.
     pub(crate) fn takes_rpdo(&self, id: Id) -> bool {
         self.rpdo_of(id).is_some()
+    }
+
+    /// A data frame for nobody at this node: the identifier may be the usual one of an RPDO.
+    pub(super) fn rpdo_is_off(&mut self, id: Id) {
+        let usual = |pdo: &&PdoNumber| {
+            u16::try_from(pdo.place())
+                .is_ok_and(|place| place < 4 && cob_id::of_node(0x200 + 0x100 * place, self.node_id) == id)
+        };
+        if let Some(pdo) = PdoNumber::ALL.iter().find(usual).copied() {
+            self.no_effect(NoEffect::RpdoOff { pdo });
+        }
     }
 
     /// A data frame for an RPDO in OPERATIONAL.

@@ -7,6 +7,7 @@ use crate::can_bus::can::{Frame, Id};
 use crate::can_bus::canopen::address::Address;
 use crate::can_bus::canopen::application::Application;
 use crate::can_bus::canopen::cob_id::CobId;
+use crate::can_bus::canopen::event::NoEffect;
 use crate::can_bus::canopen::pdo::mapping::{self, Pieces};
 use crate::can_bus::canopen::pdo::{MAX_PDOS, PdoNumber, TransmissionType, Trigger};
 use crate::can_bus::canopen::policy::{EventRule, TypeZero};
@@ -183,7 +184,7 @@ impl Node {
         let values = self.values.tpdo(pdo);
         let Some(tpdo) = self.tpdos.get(pdo.place()) else { return };
         if !self.policy.tpdo_rtr || CobId(values.cob_id).bit_30() {
-            return;
+            return self.no_effect(NoEffect::TpdoRequest { pdo });
         }
         let data = match tpdo.trigger {
             Trigger::RequestSampledAtSync => tpdo.data,

@@ -4,12 +4,26 @@ use core::fmt;
 
 use super::state::State;
 use super::{Ag03Node, Power};
+use crate::can_bus::cia402::{self, Controlword};
 use crate::devices::ag03::drive;
+use crate::devices::ag03::drive::Mode;
 use crate::devices::ag03::why::of_power;
 use crate::devices::reasons;
 use crate::face::{Reason, Why};
 
 impl Why for Ag03Node {
+    fn is_moving(&self) -> Option<bool> {
+        Some(self.status().moving)
+    }
+
+    fn waits(&self) -> Option<&dyn fmt::Display> {
+        let mode = match self.status().mode {
+            Mode::Positioning => cia402::Mode::ProfilePosition,
+            Mode::Velocity => cia402::Mode::ProfileVelocity,
+        };
+        Some(reasons::waits_for(Some(mode), Controlword(0)))
+    }
+
     fn each_reason(&self, tell: &mut dyn FnMut(Reason<'_>)) {
         of_power(self.power(), tell);
         let (Power::On, Some(nmt)) = (self.power(), self.nmt_state()) else { return };

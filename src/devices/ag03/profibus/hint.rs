@@ -29,13 +29,6 @@ pub const PAUSE: Duration = Duration::from_secs(60);
 pub enum Hint {
     /// The drive is at the address of stations that have no address yet.
     AddressNotSet,
-    /// Sync holds the outputs back for a long time.
-    SyncHolds {
-        /// The owner.
-        master: Address,
-        /// For so long.
-        time: Duration,
-    },
     /// The watchdog expires again and again while the master keeps asking.
     WatchdogShort {
         /// The owner.
@@ -85,20 +78,19 @@ pub enum Hint {
 
 impl Hint {
     /// How many kinds there are.
-    const KINDS: usize = 10;
+    const KINDS: usize = 9;
 
     const fn kind(&self) -> usize {
         match self {
             Self::AddressNotSet => 0,
-            Self::SyncHolds { .. } => 1,
-            Self::WatchdogShort { .. } => 2,
-            Self::JobChanged { .. } => 3,
-            Self::SetpointLimited(_) => 4,
-            Self::LimitsEqual { .. } => 5,
-            Self::LimitsInverted { .. } => 6,
-            Self::AcknowledgedAlready { .. } => 7,
-            Self::StartAlready { .. } => 8,
-            Self::OctetsExchanged { .. } => 9,
+            Self::WatchdogShort { .. } => 1,
+            Self::JobChanged { .. } => 2,
+            Self::SetpointLimited(_) => 3,
+            Self::LimitsEqual { .. } => 4,
+            Self::LimitsInverted { .. } => 5,
+            Self::AcknowledgedAlready { .. } => 6,
+            Self::StartAlready { .. } => 7,
+            Self::OctetsExchanged { .. } => 8,
         }
     }
 }
@@ -128,11 +120,6 @@ impl fmt::Display for Hint {
                 "address {} is for stations that have no address yet, there is no Data_Exchange at it; set another address \
                  with SW1 to SW7 and switch off and on",
                 StoredAddress::DELIVERED.address
-            ),
-            Self::SyncHolds { master, time } => write!(
-                f,
-                "Sync of master {master} holds the outputs for {time:?} now: new control words and setpoints do not \
-                 reach the drive; next: Global_Control with Sync again, or with Unsync"
             ),
             Self::WatchdogShort { master, watchdog, gap } => write!(
                 f,

@@ -158,26 +158,16 @@ impl Parts {
         if let Some(event) = outcome.event {
             self.events.push(StationEvent::Dp(event));
         }
-        let passed = self.wake_for_outputs(now);
+        self.wake_for_outputs(now);
         if !outcome.exchanged {
             if self.watch.awaits_master() {
                 self.look_at_request(&telegram);
             }
             return;
         }
-        if !passed {
-            self.look_at_sync();
-        }
         if self.cycles.is_manual() {
             self.run_cycle();
         }
-    }
-
-    /// An exchange whose outputs were not passed.
-    #[inline(never)]
-    fn look_at_sync(&mut self) {
-        let hint = self.watch.held_back(self.station.slave().owner());
-        self.hint(hint);
     }
 
     /// A request for us after a watchdog expired: its master is not gone.
@@ -200,7 +190,6 @@ impl Parts {
             return false;
         }
         self.outputs_seen = passed;
-        self.watch.passed();
         if self.station.slave().state() != dp::State::DataExch && self.exchanging {
             self.exchanging = false;
             self.interrupted = true;

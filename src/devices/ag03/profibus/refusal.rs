@@ -97,6 +97,8 @@ impl Refusal {
         let mut lacks = 0;
         let mut off1_once = false;
         let mut acknowledge = false;
+        // The end of the intermediate stop is all that a paused job waits for.
+        let mut resumes = false;
         for reason in self.reasons() {
             match reason {
                 Reason::Off2 => lacks |= StwBit::NoOff2.mask(),
@@ -105,6 +107,7 @@ impl Refusal {
                 Reason::Drive(drive::Reason::NotEnabled) => lacks |= StwBit::EnableOperation.mask(),
                 Reason::Drive(drive::Reason::Stop) => lacks |= StwBit::NoStop.mask(),
                 Reason::Drive(drive::Reason::IntermediateStop) => lacks |= StwBit::NoIntermediateStop.mask(),
+                Reason::Drive(drive::Reason::JobPaused) => resumes = true,
                 Reason::Drive(drive::Reason::FaultLatched) if cause_gone => {
                     (acknowledge, off1_once) = (true, true)
                 }
@@ -117,7 +120,6 @@ impl Refusal {
                     | drive::Reason::NotAsked
                     | drive::Reason::StartHeld
                     | drive::Reason::JobActive
-                    | drive::Reason::JobPaused
                     | drive::Reason::InchingActive
                     | drive::Reason::ShaftTurns
                     | drive::Reason::BothInching
@@ -142,6 +144,7 @@ impl Refusal {
         let ready = stw | lacks | if off1_once { StwBit::On.mask() } else { 0 };
         let waits = self.drive.contains(drive::Reason::NotEnabled) || off1_once;
         Some(match self.drive.request {
+            Request::Travel { .. } if resumes => Next { acknowledge, off1, ready, waits, start: None },
             // Each change of the bit starts a job.
             Request::Travel { .. } => {
                 Next { acknowledge, off1, ready, waits, start: Some(ready ^ StwBit::Start.mask()) }

@@ -26,7 +26,7 @@ impl Device {
         } else {
             let slave = self.slave();
             let advice = APPLICATION.cfg_advice;
-            reasons::of_slave(slave.state(), &slave.diagnosis(), slave.outputs(), advice, tell);
+            reasons::of_slave(slave, advice, tell);
         }
         self.each_of_drive(tell);
     }
@@ -70,6 +70,22 @@ impl Device {
         }
     }
 
+    /// Tells that a start would lead nowhere: the shaft is where the setpoint is.
+    fn each_of_target(&self, tell: &mut dyn FnMut(Reason<'_>)) {
+        let status = self.status();
+        let outputs = self.slave().outputs().first_chunk().map(ppo::Outputs::new);
+        let is_there = outputs.is_some_and(|outputs| outputs.hsw() == status.position);
+        let exchanging = self.dp_state() == dp::State::DataExch;
+        if exchanging && status.mode == Mode::Positioning && is_there && self.start_refusal().is_none() {
+            let place = self.drive().lengths().position(status.position.into());
+            let start = Bit(StwBit::Start);
+            let text = format_args!(
+                "the shaft is at its setpoint, {place} (HSW): give another, then change {start} to start"
+            );
+            tell(Reason::new("AtSetpoint", &text));
+        }
+    }
+
     /// At the address of stations that have none there is no Data_Exchange.
     fn at_126(&self) -> bool {
         self.address() == dp::StoredAddress::DELIVERED.address
@@ -94,6 +110,7 @@ impl Why for Device {
         if !self.travels() {
             self.each_against_start(tell);
             self.each_of_setpoint(tell);
+            self.each_of_target(tell);
         }
     }
 

@@ -77,10 +77,12 @@ impl Words {
     }
 
     /// Whether the newest control word is OFF1 as masters of the profile give it before ON: every other condition of
-    /// operation is given, and bit 2, which is no OFF3 there. It asks for nothing.
+    /// operation is given, and bit 2, which is no OFF3 there, or no stop of any kind, as the manual has it. It asks for nothing.
     pub(super) const fn rests(&self) -> bool {
-        let all = OPERATION | StwBit::Off3.mask();
-        self.stw.raw() & all == all & !StwBit::On.mask()
+        let off3 = OPERATION | StwBit::Off3.mask();
+        let stops = OPERATION | StwBit::NoStop.mask() | StwBit::NoIntermediateStop.mask();
+        let word = self.stw.raw();
+        word & off3 == off3 & !StwBit::On.mask() || word & stops == stops & !StwBit::On.mask()
     }
 
     /// Whether enabling waits for STW.0 = 0 (C-36).

@@ -1,5 +1,7 @@
 //! What keeps the drive behind a node from moving now, in words of CANopen.
 
+use core::fmt;
+
 use super::AsdaA2;
 use crate::can_bus::cia402::{Controlword, State};
 use crate::devices::asda_a2::Level;
@@ -7,15 +9,20 @@ use crate::devices::reasons;
 use crate::face::{Reason, Why};
 
 impl Why for AsdaA2 {
+    fn is_moving(&self) -> Option<bool> {
+        Some(self.servo().velocity_demand() != 0)
+    }
+
     fn each_reason(&self, tell: &mut dyn FnMut(Reason<'_>)) {
         let servo = self.servo();
         let Some(nmt) = self.node.state() else { return tell(reasons::SWITCHED_OFF) };
         reasons::of_node(nmt, tell);
-        for alarm in servo.alarms() {
-            tell(Reason::new("Alarm", &format_args!("alarm {alarm}: {}", alarm.text())));
-        }
         let state = servo.state();
         let enabled = state == State::OperationEnabled;
+        // An enabled drive goes on with a warning; at a limit switch in one direction only.
+        for alarm in servo.alarms().iter().filter(|alarm| !enabled || alarm.text().contains("limit")) {
+            tell(Reason::new("Alarm", &format_args!("alarm {alarm}: {}", alarm.text())));
+        }
         let mut tell_if = |holds: bool, reason: Reason<'_>| {
             if holds {
                 tell(reason);
@@ -27,6 +34,10 @@ impl Why for AsdaA2 {
         tell_if(!enabled, Reason::new("NotEnabled", &format_args!("drive state '{state}': {cure}")));
         tell_if(enabled && servo.controlword().has(Controlword::HALT), reasons::HALT);
         tell_if(servo.inputs().blocked, Reason::new("Blocked", &"the shaft is blocked"));
+    }
+
+    fn waits(&self) -> Option<&dyn fmt::Display> {
+        Some(reasons::waits_for(self.servo().mode(), self.servo().controlword()))
     }
 }
 

@@ -3,7 +3,8 @@
 use core::fmt;
 
 use crate::devices::ppo_drive;
-use crate::face::{DeviceEvent, EventKind};
+use crate::devices::ppo_drive::profile::NotFollowed;
+use crate::face::{DeviceEvent, EventKind, Reason};
 use crate::profibus::pkw;
 use crate::profibus::pkw::JobError;
 
@@ -13,6 +14,8 @@ use crate::profibus::pkw::JobError;
 pub enum Event {
     /// In the drive.
     Drive(ppo_drive::Event),
+    /// A control word was not followed.
+    NotFollowed(NotFollowed),
     /// A PKW job was answered with an error number.
     JobRefused(pkw::Refusal),
     /// A word of process data did not get into the parameter that PNU 915 ties to it.
@@ -32,9 +35,16 @@ impl DeviceEvent for Event {
     fn kind(&self) -> EventKind {
         match self {
             Self::Drive(ppo_drive::Event::Fault(_)) => EventKind::Fault,
+            Self::NotFollowed(word) => word.kind(),
             Self::Drive(ppo_drive::Event::InchingRefused) | Self::NotSet { .. } => EventKind::CommandRefused,
             Self::Drive(_) => EventKind::Drive,
             Self::JobRefused(_) => EventKind::JobRefused,
+        }
+    }
+
+    fn each_reason(&self, tell: &mut dyn FnMut(Reason<'_>)) {
+        if let Self::NotFollowed(word) = self {
+            word.each_reason(tell);
         }
     }
 }
@@ -43,6 +53,7 @@ impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Drive(event) => event.fmt(f),
+            Self::NotFollowed(word) => word.fmt(f),
             Self::JobRefused(refusal) => refusal.fmt(f),
             Self::NotSet { place, pnu, value, cause } => write!(
                 f,

@@ -331,6 +331,9 @@ impl<A: Application> PpoDrive<A> {
                     self.set_more(ppo, more, news);
                 }
                 self.drive.step(self.cycles.step(), Some(&self.command.0));
+                if let Some(word) = profile::NotFollowed::of(before.1, stw, self.zsw()) {
+                    news(StationEvent::Device(Event::NotFollowed(word)).of_any());
+                }
             }
             [_] | [] => {
                 self.command = Default::default();

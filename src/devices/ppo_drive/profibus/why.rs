@@ -27,7 +27,7 @@ impl<A: Application> Why for PpoDrive<A> {
             return;
         }
         let state = self.slave().state();
-        of_slave(state, &self.slave().diagnosis(), self.slave().outputs(), CFG_ADVICE, tell);
+        of_slave(self.slave(), CFG_ADVICE, tell);
         each_of_words(state, self.stw(), self.zsw(), tell);
         if status.state == State::Operation && self.command().setpoint == 0 {
             let text = "the setpoint is 0 (second word of process data): send another";
@@ -48,6 +48,7 @@ fn each_of_words(state: dp::State, stw: Stw, zsw: Zsw, tell: &mut dyn FnMut(Reas
 mod tests {
 
     use super::*;
+    use crate::devices::reasons::of_parts;
 
     fn of_words(state: dp::State, stw: u16, zsw: u16) -> Vec<&'static str> {
         let mut told = Vec::new();
@@ -69,7 +70,9 @@ mod tests {
             let mut diagnosis = dp::Diagnosis::default();
             change(&mut diagnosis);
             let mut told = Vec::new();
-            of_slave(state, &diagnosis, &[0, 1], CFG_ADVICE, &mut |reason| told.push(reason.to_string()));
+            of_parts(state, &diagnosis, None, &[0, 1], CFG_ADVICE, &mut |reason| {
+                told.push(reason.to_string())
+            });
             told.join("; ")
         };
         assert_eq!(of(dp::State::DataExch, |_| {}), "");

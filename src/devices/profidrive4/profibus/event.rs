@@ -2,8 +2,9 @@
 
 use core::fmt;
 
+use crate::devices::ppo_drive::profile::NotFollowed;
 use crate::devices::profidrive4;
-use crate::face::{DeviceEvent, EventKind};
+use crate::face::{DeviceEvent, EventKind, Reason};
 use crate::profibus::dpv1::base_mode::{ParameterAddress, ParameterError, Service};
 use crate::profibus::pkw;
 
@@ -13,6 +14,8 @@ use crate::profibus::pkw;
 pub enum Event {
     /// In the drive.
     Drive(profidrive4::Event),
+    /// A control word was not followed.
+    NotFollowed(NotFollowed),
     /// Parameters were changed by record 47.
     Changed {
         /// Which.
@@ -54,6 +57,7 @@ impl DeviceEvent for Event {
     fn kind(&self) -> EventKind {
         match self {
             Self::Drive(profidrive4::Event::Fault(_)) => EventKind::Fault,
+            Self::NotFollowed(word) => word.kind(),
             Self::Drive(event) if event.is_refusal() => EventKind::CommandRefused,
             Self::Drive(_) => EventKind::Drive,
             Self::Changed { .. } | Self::Written { .. } | Self::Stored | Self::NotStored => {
@@ -63,12 +67,19 @@ impl DeviceEvent for Event {
             Self::Reset => EventKind::Power,
         }
     }
+
+    fn each_reason(&self, tell: &mut dyn FnMut(Reason<'_>)) {
+        if let Self::NotFollowed(word) = self {
+            word.each_reason(tell);
+        }
+    }
 }
 
 impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Drive(event) => event.fmt(f),
+            Self::NotFollowed(word) => word.fmt(f),
             Self::Changed { address: ParameterAddress { pnu, elements, subindex, .. } } => {
                 write!(f, "record 47 changed PNU {pnu}")?;
                 match elements {

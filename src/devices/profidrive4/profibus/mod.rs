@@ -47,6 +47,7 @@ use parameters::{Effect, Known, Parameters};
 use records::{Pending, Records};
 
 use crate::devices::ag03::unit::{ApplicationCycle, Cycles};
+use crate::devices::ppo_drive::profile::NotFollowed;
 use crate::devices::profidrive4::{Command, Drive, Fault, Setting};
 use crate::devices::{StationEvent, write_reply};
 use crate::profibus::dp;
@@ -55,7 +56,7 @@ use crate::profibus::dpv1::{self, Identification, LastRefused, Offer, PARAMETER_
 use crate::profibus::fdl;
 use crate::profibus::fdl::{Address, MAX_TELEGRAM_LEN};
 use crate::profibus::pkw;
-use crate::profibus::ppo::Pkw;
+use crate::profibus::ppo::{Pkw, Stw, Zsw};
 use crate::time::{BaudRate, Instant};
 
 /// The ident number of a drive that is nobody's in particular.
@@ -348,6 +349,11 @@ impl<A: Application> ProfidriveDevice<TelegramOnly<A>> {
                     drive.command_encoder(words::encoder_command(word));
                 }
                 drive.step(due, Some(&self.command.0));
+                let [before, stw, zsw] = [before.1, self.command.1, words::zsw1(Some(telegram), drive)];
+                let word = NotFollowed::of(Stw::from_raw(before), Stw::from_raw(stw), Zsw::from_raw(zsw));
+                if let Some(word) = word {
+                    news(StationEvent::Device(Event::NotFollowed(word)).of_any());
+                }
             }
             None => {
                 (self.command, self.life) = Default::default();

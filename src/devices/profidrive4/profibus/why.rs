@@ -56,7 +56,7 @@ impl<A: Application> Why for ProfidriveDevice<TelegramOnly<A>> {
             return;
         }
         let state = self.slave().state();
-        of_slave(state, &self.slave().diagnosis(), self.slave().outputs(), CFG_ADVICE, tell);
+        of_slave(self.slave(), CFG_ADVICE, tell);
         let inputs = self.drive().inputs();
         let zsw = self.zsw1();
         for (stands, reason) in [

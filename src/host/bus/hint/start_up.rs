@@ -1,6 +1,6 @@
 //! What masters ask of the stations of a line beside Data_Exchange: what leads to none, or nowhere.
 
-use super::{LineHint, due};
+use super::{LineHint, Owned, due};
 use crate::profibus::dp::{ControlBit, GlobalControl, Service, SetPrm};
 use crate::profibus::fdl::DataTelegram;
 use crate::time::Instant;
@@ -18,11 +18,10 @@ pub(super) struct StartUp {
     diagnoses: [u8; STATIONS],
     /// How many stations have such readings.
     read: u8,
-    /// Group_Ident of the last Set_Prm to each station.
-    groups: [Option<u8>; STATIONS],
     diagnosis_said: Option<Instant>,
     unlock_said: Option<Instant>,
     group_said: Option<Instant>,
+    other_said: Option<Instant>,
     control_said: Option<Instant>,
 }
 
@@ -31,10 +30,10 @@ impl StartUp {
         Self {
             diagnoses: [0; STATIONS],
             read: 0,
-            groups: [None; STATIONS],
             diagnosis_said: None,
             unlock_said: None,
             group_said: None,
+            other_said: None,
             control_said: None,
         }
     }
@@ -46,16 +45,26 @@ impl StartUp {
         now: Instant,
         request: &DataTelegram<'_>,
         alone: bool,
+        owned: &mut Owned,
     ) -> Option<LineHint> {
-        if request.dsap.is_none() && self.read == 0 { None } else { self.looked_at(now, request, alone) }
+        if request.dsap.is_none() && self.read == 0 && owned.holds_nothing() {
+            return None;
+        }
+        self.looked_at(now, request, alone, owned)
     }
 
     /// `alone`: no station of others was heard on the line.
     #[cold]
-    fn looked_at(&mut self, now: Instant, request: &DataTelegram<'_>, alone: bool) -> Option<LineHint> {
+    fn looked_at(
+        &mut self,
+        now: Instant,
+        request: &DataTelegram<'_>,
+        alone: bool,
+        owned: &mut Owned,
+    ) -> Option<LineHint> {
         let service = Service::of(request.dsap, request.ssap)?;
         if service == Service::GlobalControl {
-            return self.control(now, request, alone);
+            return self.control(now, request, alone, owned);
         }
         let station = request.da;
         let place = usize::from(station.number());
@@ -65,12 +74,13 @@ impl StartUp {
         let times = self.diagnoses.get_mut(place)?;
         self.read = self.read.saturating_sub(u8::from(*times > 0));
         *times = 0;
+        if service == Service::DataExchange {
+            return owned.exchanged(now, station);
+        }
         if service != Service::SetPrm {
             return None;
         }
-        let prm = SetPrm::parse(request.data).ok();
-        *self.groups.get_mut(place)? = prm.map(SetPrm::group_ident);
-        let both = prm.is_some_and(|prm| prm.lock_req() && prm.unlock_req());
+        let both = SetPrm::parse(request.data).is_ok_and(|prm| prm.lock_req() && prm.unlock_req());
         (both && due(&mut self.unlock_said, now))
             .then_some(LineHint::LockAndUnlock { master: request.sa, station })
     }
@@ -86,7 +96,13 @@ impl StartUp {
         due(&mut self.diagnosis_said, now).then_some(hint)
     }
 
-    fn control(&mut self, now: Instant, request: &DataTelegram<'_>, alone: bool) -> Option<LineHint> {
+    fn control(
+        &mut self,
+        now: Instant,
+        request: &DataTelegram<'_>,
+        alone: bool,
+        owned: &Owned,
+    ) -> Option<LineHint> {
         let master = request.sa;
         let &[command, select] = request.data else {
             let hint = LineHint::ControlLength { master, got: request.data.len() };
@@ -97,10 +113,8 @@ impl StartUp {
             return due(&mut self.control_said, now).then_some(hint);
         }
         let control = GlobalControl::parse(request.data, true)?;
-        let mut known = self.groups.iter().flatten().peekable();
-        let is_for_nobody =
-            alone && known.peek().is_some() && known.all(|groups| !control.addresses(*groups));
-        let hint = LineHint::NoSuchGroup { master, groups: select };
-        (is_for_nobody && control.asks_anything() && due(&mut self.group_said, now)).then_some(hint)
+        let hint = owned.in_vain(master, control, select).filter(|_| alone && control.asks_anything())?;
+        let of_other = matches!(hint, LineHint::ControlOfOther { .. });
+        due(if of_other { &mut self.other_said } else { &mut self.group_said }, now).then_some(hint)
     }
 }

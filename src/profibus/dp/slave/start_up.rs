@@ -35,7 +35,7 @@ impl<A: Application> Slave<A> {
         if prm.unlock_req() {
             let released = self.owner.is_some();
             self.leave_master(Stimulus::Unlocked);
-            return released.then_some(Event::Released { master });
+            return released.then(|| self.ends_with(Event::Released { master }));
         }
         // 3: carried out even when the ident number is another one.
         if !prm.lock_req() {

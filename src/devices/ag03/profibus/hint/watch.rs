@@ -10,9 +10,6 @@ use crate::profibus::fdl::Address;
 use crate::profibus::ppo::{JobId, Pkw, Stw};
 use crate::time::Instant;
 
-/// Sync that lasts longer was perhaps left on.
-const SYNC: Duration = Duration::from_secs(5);
-
 /// A master that asks again within this time after its watchdog expired was not gone.
 const BACK_AGAIN: Duration = Duration::from_secs(1);
 
@@ -25,8 +22,6 @@ pub(in crate::devices::ag03::profibus) struct Watch {
     pauses: Pauses,
     /// Now, as the host said last.
     pub(in crate::devices::ag03::profibus) now: Instant,
-    /// Since when Sync holds back what Data_Exchange brings.
-    held: Option<Instant>,
     /// The last expiry, whose master has not asked since.
     expired: Option<Expired>,
     expiries: u8,
@@ -49,19 +44,6 @@ impl Watch {
     /// The hint, if it is to be said now.
     pub(in crate::devices::ag03::profibus) fn allow(&mut self, hint: Hint) -> Option<Hint> {
         self.pauses.allow(self.now, &hint).then_some(hint)
-    }
-
-    /// Outputs reached the drive.
-    pub(in crate::devices::ag03::profibus) const fn passed(&mut self) {
-        self.held = None;
-    }
-
-    /// Outputs came and did not reach the drive.
-    pub(in crate::devices::ag03::profibus) fn held_back(&mut self, master: Option<Address>) -> Option<Hint> {
-        let since = *self.held.get_or_insert(self.now);
-        let time = self.now.saturating_since(since);
-        let hint = Hint::SyncHolds { master: master?, time: Duration::from_secs(time.as_secs()) };
-        if time >= SYNC { self.allow(hint) } else { None }
     }
 
     /// The watchdog of this master expired.

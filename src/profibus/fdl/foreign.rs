@@ -4,13 +4,21 @@ use core::fmt;
 
 /// A protocol that is not PROFIBUS.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Foreign {
+pub enum Foreign {
     /// Modbus RTU: address, function, data, CRC.
-    ModbusRtu { station: u8, function: u8 },
+    ModbusRtu {
+        /// The station that is asked or answers.
+        station: u8,
+        /// The function.
+        function: u8,
+    },
     /// Modbus ASCII: colon, hexadecimal digits, LRC.
     ModbusAscii,
     /// USS: STX, LGE, ADR, data, BCC.
-    Uss { station: u8 },
+    Uss {
+        /// The drive.
+        station: u8,
+    },
     /// Characters that somebody can read.
     Text,
 }
@@ -18,14 +26,38 @@ pub(super) enum Foreign {
 /// Octets of text that are no chance.
 const SHORTEST_TEXT: usize = 5;
 
+/// The same in the middle of others.
+const LONG_TEXT: usize = 24;
+
 impl Foreign {
     /// What the octets begin with; `None`: nothing that is known.
-    pub(super) fn of(octets: &[u8]) -> Option<Self> {
+    pub(crate) fn of(octets: &[u8]) -> Option<Self> {
         modbus_rtu(octets).or_else(|| uss(octets)).or_else(|| text(octets))
     }
 
+    /// What is heard where no telegrams are, wherever its frames begin in the octets: two of them at least, so that it is no
+    /// chance.
+    pub(crate) fn in_noise(octets: &[u8]) -> Option<Self> {
+        let (mut first, mut rest) = (None, octets);
+        while !rest.is_empty() {
+            let (found, len) = match framed(rest) {
+                Some((found, len)) => (Some(found), len),
+                None => (None, 1),
+            };
+            match (first, found) {
+                (None, found) => first = found,
+                (Some(_), Some(_)) => return first,
+                (Some(_), None) => {}
+            }
+            rest = rest.get(len..).unwrap_or_default();
+        }
+        let is_text = |octet: &&u8| matches!(octet, b' '..=b'~' | b'\r' | b'\n' | b'\t');
+        let readable = octets.iter().filter(is_text).count();
+        (octets.len() >= LONG_TEXT && readable * 20 >= octets.len() * 19).then_some(Self::Text)
+    }
+
     /// What the octets are as a whole, and no words of a PPO.
-    pub(super) fn is_all(octets: &[u8]) -> bool {
+    pub(crate) fn is_all(octets: &[u8]) -> bool {
         modbus_rtu(octets).is_some() && is_frame(octets)
     }
 }
@@ -42,6 +74,24 @@ fn modbus_rtu(octets: &[u8]) -> Option<Foreign> {
     let ends = 4..=octets.len().min(256);
     let found = ends.into_iter().any(|end| octets.get(..end).is_some_and(is_frame));
     found.then_some(Foreign::ModbusRtu { station, function })
+}
+
+/// A frame that the octets begin with, and its length: one whose length its first octets say.
+fn framed(octets: &[u8]) -> Option<(Foreign, usize)> {
+    if let Some(uss) = uss(octets) {
+        return Some((uss, usize::from(*octets.get(1)?) + 2));
+    }
+    let &[station @ 1..=247, function, third, ..] = octets else { return None };
+    let counted = octets.get(6).map_or(0, |count| usize::from(*count) + 9);
+    let lengths = match function {
+        1..=4 => [8, usize::from(third) + 5],
+        5 | 6 => [8, 8],
+        15 | 16 => [8, counted],
+        0x81..=0x86 | 0x8F | 0x90 => [5, 5],
+        _ => return None,
+    };
+    let len = lengths.into_iter().find(|len| octets.get(..*len).is_some_and(is_frame))?;
+    Some((Foreign::ModbusRtu { station, function }, len))
 }
 
 /// Whether the CRC behind the octets is theirs: with it the CRC is 0.
@@ -131,6 +181,27 @@ mod tests {
         }
         for len in 0..MODBUS.len() {
             assert_eq!(Foreign::of(&MODBUS[..len]), None);
+        }
+    }
+
+    #[test]
+    fn in_noise_two_frames_or_much_text_are_known() {
+        let noise = |octets: &[u8]| {
+            Foreign::in_noise(octets).map(|foreign| std::string::ToString::to_string(&foreign))
+        };
+        assert_eq!(noise(&MODBUS), None, "one may be chance");
+        let two = [&[0x77][..], &MODBUS, &[0x00, 0x33], &MODBUS].concat();
+        assert!(noise(&two).unwrap().contains("Modbus RTU, not PROFIBUS: station 1"));
+        assert!(noise(b"\x80Temperature 21.5 C, humidity 40 %\r\n").unwrap().contains("text"));
+        let mut state = 1_u64;
+        let mut octet = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            let [octet, ..] = state.to_be_bytes();
+            octet
+        };
+        for _ in 0..500 {
+            let octets: std::vec::Vec<u8> = (0..512).map(|_| octet()).collect();
+            assert_eq!(Foreign::in_noise(&octets), None);
         }
     }
 
