@@ -73,6 +73,8 @@ mod repeats;
 mod reported;
 mod run;
 mod startup;
+#[cfg(all(test, feature = "parameters"))]
+mod silence;
 mod state_dir;
 mod station_file;
 mod stop;
