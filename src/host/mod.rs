@@ -72,9 +72,9 @@ mod refusals;
 mod repeats;
 mod reported;
 mod run;
-mod startup;
 #[cfg(all(test, feature = "parameters"))]
 mod silence;
+mod startup;
 mod state_dir;
 mod station_file;
 mod stop;

@@ -297,6 +297,10 @@ fn case_12_what_is_no_gsd_of_a_slave_is_refused_with_its_place() {
             "line 1, column 1: no line '#Profibus_DP': this is no GSD, or its first line is missing",
         ),
         (
+            "[FileInfo]\nFileName=pump.eds\n".to_owned(),
+            "line 1, column 1: this is an EDS of a CANopen node, no GSD: use it with --node ID,eds=FILE",
+        ),
+        (
             HEAD.replace("Ident_Number=0x0ABC\n", ""),
             "line 1, column 1: no Ident_Number of 16 bits: add the one of the device, for example Ident_Number = 0x0ABC",
         ),

@@ -200,6 +200,15 @@ mod tests {
             Ok(LinkSpec::Can(can::LinkSpec::Terminal("/dev/ttyACM0".into())))
         );
         assert_eq!("socketcan:can0".parse(), Ok(LinkSpec::Can(can::LinkSpec::Socket("can0".into()))));
+        for (spec, meant) in [
+            ("COM3", "serial:COM3"),
+            ("/dev/ttyUSB0", "serial:/dev/ttyUSB0"),
+            ("127.0.0.1:5050", "tcp:127.0.0.1:5050"),
+            ("can0", "socketcan:can0"),
+        ] {
+            let refused = spec.parse::<LinkSpec>().unwrap_err();
+            assert!(refused.starts_with(&format!("did you mean {meant}? expected pty")), "{refused}");
+        }
         for wrong in [
             "slcan-tty",
             "socketcan:",

@@ -70,20 +70,11 @@ impl Device {
         }
     }
 
-    /// Tells that a start would lead nowhere: the shaft is where the setpoint is.
-    fn each_of_target(&self, tell: &mut dyn FnMut(Reason<'_>)) {
-        let status = self.status();
+    /// Whether a start would lead nowhere.
+    fn is_at_setpoint(&self) -> bool {
         let outputs = self.slave().outputs().first_chunk().map(ppo::Outputs::new);
-        let is_there = outputs.is_some_and(|outputs| outputs.hsw() == status.position);
-        let exchanging = self.dp_state() == dp::State::DataExch;
-        if exchanging && status.mode == Mode::Positioning && is_there && self.start_refusal().is_none() {
-            let place = self.drive().lengths().position(status.position.into());
-            let start = Bit(StwBit::Start);
-            let text = format_args!(
-                "the shaft is at its setpoint, {place} (HSW): give another, then change {start} to start"
-            );
-            tell(Reason::new("AtSetpoint", &text));
-        }
+        let is_there = outputs.is_some_and(|outputs| outputs.hsw() == self.status().position);
+        self.dp_state() == dp::State::DataExch && is_there
     }
 
     /// At the address of stations that have none there is no Data_Exchange.
@@ -110,7 +101,6 @@ impl Why for Device {
         if !self.travels() {
             self.each_against_start(tell);
             self.each_of_setpoint(tell);
-            self.each_of_target(tell);
         }
     }
 
@@ -132,6 +122,7 @@ impl Why for Device {
 
     fn waits(&self) -> Option<&dyn fmt::Display> {
         Some(match self.status().mode {
+            Mode::Positioning if self.is_at_setpoint() => &AtSetpoint,
             Mode::Positioning => &WaitsForStart,
             Mode::Velocity => &"nothing keeps it from turning",
         })
@@ -174,5 +165,17 @@ struct WaitsForStart;
 impl fmt::Display for WaitsForStart {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "it waits for a start: each change of {} starts a travel job", Bit(StwBit::Start))
+    }
+}
+
+struct AtSetpoint;
+
+impl fmt::Display for AtSetpoint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let start = Bit(StwBit::Start);
+        write!(
+            f,
+            "the shaft is at its setpoint (HSW): give another, then change {start} to start a travel job"
+        )
     }
 }
