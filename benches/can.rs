@@ -3,7 +3,6 @@
 //! in words.
 #![allow(clippy::unwrap_used, clippy::std_instead_of_core, reason = "a bench may panic, and has std")]
 
-#[cfg(feature = "std")]
 mod turning;
 
 use std::hint::black_box;
@@ -16,7 +15,6 @@ use profidrive::can_bus::canopen::NodeId;
 use profidrive::devices::CanopenDevice;
 use profidrive::devices::ag03::canopen::{Ag03Node, Config};
 use profidrive::time::Instant;
-#[cfg(feature = "std")]
 use turning::{Listed, commands, turn_by_hand};
 
 fn frames(criterion: &mut Criterion) {
@@ -122,7 +120,6 @@ fn nodes(criterion: &mut Criterion) {
 }
 
 /// The other devices alone, and all of them by turns, turning; the same on a bus with arbitration and bit times.
-#[cfg(feature = "std")]
 fn listed(criterion: &mut Criterion) {
     use profidrive::host::list::Device;
 
@@ -156,14 +153,12 @@ fn listed(criterion: &mut Criterion) {
 }
 
 /// Devices on a bus of 1 Mbit/s, and a master that sends SYNC and hears everything.
-#[cfg(feature = "std")]
 struct OnBus {
     now: Instant,
     bus: profidrive::host::can::Bus<profidrive::devices::CanopenEvent>,
     master: profidrive::host::can::Seat,
 }
 
-#[cfg(feature = "std")]
 impl OnBus {
     /// So many devices by turns, turning.
     fn new(count: usize, kind: u8) -> Self {
@@ -209,10 +204,6 @@ impl OnBus {
     }
 }
 
-#[cfg(not(feature = "std"))]
-fn listed(_: &mut Criterion) {}
-
-#[cfg(feature = "std")]
 fn words(criterion: &mut Criterion) {
     use profidrive::devices::ag03::canopen::VOCABULARY;
     use profidrive::explain::canopen::Network;
@@ -223,7 +214,6 @@ fn words(criterion: &mut Criterion) {
 }
 
 /// 127 nodes from a file of 1000 entries: their start, an SDO answer, a SYNC, and a millisecond of all of them.
-#[cfg(feature = "std")]
 fn from_files(criterion: &mut Criterion) {
     use profidrive::devices::from_eds::Dictionary;
     use profidrive::eds::Eds;
@@ -251,12 +241,6 @@ fn from_files(criterion: &mut Criterion) {
         bencher.iter(|| all.iter_mut().map(Listed::millisecond).sum::<usize>());
     });
 }
-
-#[cfg(not(feature = "std"))]
-fn from_files(_: &mut Criterion) {}
-
-#[cfg(not(feature = "std"))]
-fn words(_: &mut Criterion) {}
 
 criterion_group!(benches, frames, nodes, listed, from_files, words);
 criterion_main!(benches);

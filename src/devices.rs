@@ -26,7 +26,7 @@ pub mod asda_a2;
 #[cfg(feature = "std")]
 pub(crate) mod cia402_drive;
 mod drive_state;
-#[cfg(feature = "std")]
+#[cfg(feature = "eds")]
 pub mod from_eds;
 pub(crate) mod named_word;
 mod node;

@@ -15,7 +15,7 @@
 )]
 //! | a CANopen node of your own | [`first_node`] | [`can_bus::canopen`] |
 #![cfg_attr(
-    feature = "std",
+    feature = "judge",
     doc = "| to test a master that you write | [`bench`](mod@bench) | [`judge`](mod@judge) |"
 )]
 //!
@@ -52,12 +52,13 @@
 //! | [`embedded`] | a slave at the UART of a microcontroller, for `embedded-io` too | direction pins, deadlines |
 //! | [`client`] | the master's side: parameters and control words of a drive, without I/O | PKW, STW and ZSW patterns |
 //! | [`process`] | values in inputs and outputs, inputs that move by themselves (feature `std`) | what a machine does |
-//! | [`device_file`], [`eds`] | files of devices with what is odd in them, and those of CANopen nodes (feature `std`) | CiA 306 |
+//! | [`device_file`] | files of devices with what is odd in them (feature `std`) | |
+//! | `eds` | files of CANopen nodes (feature `eds`) | CiA 306 |
 //! | [`gsd`] | device files, and the slave that one describes (feature `std`) | what a GSD says |
 //! | [`explain`] | telegrams, frames and words in words (feature `std`) | what all of the above mean to a person |
 //! | [`host`] | links, clock, run loop (feature `std`) | the operating system |
 //! | [`bench`](mod@bench) | a simulated line to test masters on (feature `std`) | the rules of the bus |
-//! | [`judge`](mod@judge) | plays slaves and judges a master row by row (feature `std`) | what is required of a master |
+//! | `judge` | judges a master, a slave or a node row by row (feature `judge`) | what is required of each |
 //! | `panel` | HTTP control, live stream and a page (feature `panel`) | what a bench around a bus needs |
 //! | `metrics` | what was counted, for Prometheus (feature `metrics`) | OpenMetrics |
 //! | `command` | the command `profidrive` (feature `cli`) | arguments, and what a person wants |
@@ -114,6 +115,8 @@
 //! # Features
 //!
 //! * `std` (default): [`host`], [`explain`], [`gsd`] and [`process`].
+//! * `judge`: judges of masters, and of slaves and nodes.
+//! * `eds`: EDS, DCF and XDD files, and the nodes that they describe.
 //! * `alloc`: telegrams built into `bytes::BufMut`.
 //! * `serial`: an RS-485 serial port as link.
 //! * `master`: profirust as DP master over our links and on a bench, sessions with one drive or several.
@@ -140,6 +143,9 @@ extern crate self as profidrive;
 pub mod time;
 
 mod chance;
+
+#[cfg(feature = "std")]
+mod map;
 
 pub mod image;
 
@@ -179,7 +185,7 @@ pub mod device_file;
 #[cfg(feature = "std")]
 pub mod gsd;
 
-#[cfg(feature = "std")]
+#[cfg(feature = "eds")]
 pub mod eds;
 
 #[cfg(feature = "std")]
@@ -191,7 +197,7 @@ pub mod host;
 #[cfg(feature = "std")]
 pub mod bench;
 
-#[cfg(feature = "std")]
+#[cfg(feature = "judge")]
 pub mod judge;
 
 #[cfg(feature = "master")]

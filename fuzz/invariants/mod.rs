@@ -12,9 +12,9 @@ pub(crate) mod clients;
 #[cfg(feature = "std")]
 pub(crate) mod decode_cli;
 pub(crate) mod dpv1;
-#[cfg(feature = "std")]
+#[cfg(feature = "eds")]
 pub(crate) mod eds;
-#[cfg(feature = "std")]
+#[cfg(feature = "eds")]
 pub(crate) mod eds_node;
 pub(crate) mod eeprom_image;
 pub(crate) mod framer;

@@ -1,6 +1,6 @@
 //! What a stream teaches about what comes later.
 
-use std::collections::BTreeMap;
+use crate::map::Map;
 
 use super::value::Lengths;
 use super::{Explanation, Sender, frame, pkw, ppo};
@@ -20,7 +20,7 @@ use crate::profibus::ppo::{JobId, Pkw, ReplyId};
 #[derive(Clone, Debug, Default)]
 pub struct Context {
     mode: Option<Mode>,
-    stations: BTreeMap<u8, Learned>,
+    stations: Map<u8, Learned>,
     /// Of words without a telegram around them.
     bare: Learned,
     pub(super) asked: Option<Asked>,
@@ -88,7 +88,7 @@ impl Context {
     /// a [`Mistake`](super::Mark::Mistake) of who sends it there; of other stations it is at most a hint, until they say
     /// their Ident_Number in a diagnosis.
     pub fn know(&mut self, station: Address, model: Model, mode: Mode, lengths: Lengths) {
-        let learned = self.stations.entry(station.number()).or_default();
+        let learned = self.stations.or_default(station.number());
         learned.model = Some(model);
         learned.heard = Some(mode);
         learned.lengths = lengths;
@@ -103,7 +103,7 @@ impl Context {
     /// Takes the Ident_Number of a station from who knows it, until the station says its own: words of other devices are
     /// not taken for those of these drives.
     pub(crate) fn know_ident(&mut self, station: Address, ident: u16) {
-        self.stations.entry(station.number()).or_default().own_ident = Some(ident);
+        self.stations.or_default(station.number()).own_ident = Some(ident);
     }
 
     /// Explains words without a telegram: a PPO (14 octets), PKW (8), PZD (6) or one word (2), from the master or

@@ -4,9 +4,9 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-use crate::eds::Eds;
-use crate::gsd::Gsd;
-use crate::{eds, gsd};
+#[cfg(feature = "eds")]
+use crate::eds::{self, Eds};
+use crate::gsd::{self, Gsd};
 
 /// A GSD, read.
 ///
@@ -22,18 +22,21 @@ pub(crate) fn gsd_of_file(file: &Path) -> Result<Gsd, String> {
 ///
 /// # Errors
 /// What is wrong with it, with its name.
+#[cfg(feature = "eds")]
 pub(crate) fn eds_of_file(file: &Path) -> Result<Eds, String> {
     let octets = eds_octets_of_file(file)?;
     Eds::read(&octets).map_err(|error| format!("{}: {error}", file.display()))
 }
 
 /// The most octets of a domain.
+#[cfg(feature = "eds")]
 const MOST_DOMAIN: usize = 1 << 20;
 
 /// The octets of an EDS or a DCF.
 ///
 /// # Errors
 /// As of [`eds_of_file`].
+#[cfg(feature = "eds")]
 pub(super) fn eds_octets_of_file(file: &Path) -> Result<Vec<u8>, String> {
     let octets = octets(file, eds::MAX_FILE_LEN)?;
     octets.map_err(|got| format!("{}: {}", file.display(), eds::ReadError::TooLong { got }))
@@ -43,6 +46,7 @@ pub(super) fn eds_octets_of_file(file: &Path) -> Result<Vec<u8>, String> {
 ///
 /// # Errors
 /// What is wrong with the file, with its name.
+#[cfg(feature = "eds")]
 pub(super) fn domain_of_file(file: &Path) -> Result<Vec<u8>, String> {
     let octets = octets(file, MOST_DOMAIN)?;
     octets.map_err(|got| format!("{} has {got} octets, expected at most {MOST_DOMAIN}", file.display()))

@@ -2,6 +2,7 @@
 //! (Set_Slave_Add, DIP switches, 5F0Ah:1, 2300h), switching off and on, writing, saving, factory resets by DIP switches, failing
 //! disks, kills, power failures and restarts: no device loses a value that is on the disk, and none has one that nobody wrote.
 //! For 10 000 sequences set `PROFIDRIVE_LONG`.
+#![cfg(feature = "eds")]
 #![allow(
     clippy::unwrap_used,
     clippy::indexing_slicing,

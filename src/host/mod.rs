@@ -85,7 +85,9 @@ pub(crate) use bus::StationErrors;
 pub use bus::{Addresses, Bus, BusEvent, Evidence, LISTEN_TIME, LineHint, Presence, SlotTime};
 pub use by_hand::ByHand;
 pub use clock::{ManualClock, SystemClock};
-pub(crate) use device_file::{eds_of_file, gsd_of_file};
+#[cfg(feature = "eds")]
+pub(crate) use device_file::eds_of_file;
+pub(crate) use device_file::gsd_of_file;
 pub(crate) use gsd_station::TimedAlarm;
 pub use gsd_station::{GsdStation, OutputsAre, StationRecord, StationRecords};
 pub(crate) use hexadecimal::octets_of_hex;

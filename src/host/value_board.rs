@@ -1,7 +1,7 @@
 //! What the devices of all lines show to signals that follow them.
 
+use crate::map::Map;
 use core::sync::atomic::{AtomicBool, Ordering};
-use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::face::Description;
@@ -28,8 +28,8 @@ struct Shared {
 /// By line and address.
 #[derive(Debug, Default)]
 struct Board {
-    outputs: BTreeMap<(u16, u8), Published>,
-    values: BTreeMap<(u16, u8), Vec<Followed>>,
+    outputs: Map<(u16, u8), Published>,
+    values: Map<(u16, u8), Vec<Followed>>,
 }
 
 #[derive(Debug, Default)]
@@ -61,7 +61,7 @@ impl ValueBoard {
     /// A station has these outputs now.
     pub(super) fn publish(&self, address: Address, slots: &[Slot], outputs: &[u8]) {
         let mut board = self.board();
-        let published = board.outputs.entry((self.line, address.number())).or_default();
+        let published = board.outputs.or_default((self.line, address.number()));
         if published.slots != slots {
             published.slots = slots.to_vec();
         }
@@ -82,7 +82,7 @@ impl ValueBoard {
     pub(super) fn follow(&self, Elsewhere { line, station, what }: &Elsewhere) {
         let What::Value(key) = what else { return };
         let mut board = self.board();
-        let followed = board.values.entry((line.unwrap_or(self.line), *station)).or_default();
+        let followed = board.values.or_default((line.unwrap_or(self.line), *station));
         if followed.iter().all(|known| known.key != *key) {
             followed.push(Followed { key: key.clone(), value: None, told: false });
         }

@@ -1,7 +1,7 @@
 //! One sending on the line.
 
+use crate::map::Map;
 use core::fmt;
-use std::collections::BTreeMap;
 
 use crate::explain::{Context, hex};
 use crate::profibus::fdl::Address;
@@ -77,10 +77,7 @@ pub struct Telegram {
 }
 
 /// Sendings with their meaning, beside the ident numbers of the stations. A stream explains itself: the reply by its request.
-pub(super) fn explained(
-    moments: impl IntoIterator<Item = Moment>,
-    idents: &BTreeMap<u8, u16>,
-) -> Vec<Telegram> {
+pub(super) fn explained(moments: impl IntoIterator<Item = Moment>, idents: &Map<u8, u16>) -> Vec<Telegram> {
     let mut context = Context::default();
     for (station, ident) in idents {
         context.know_ident(Address::from_octet(*station), *ident);

@@ -1,6 +1,7 @@
 //! Questions to stations before, or instead of, taking one over: is it there, and what does its diagnosis say?
 
-use std::collections::{BTreeMap, VecDeque};
+use crate::map::Map;
+use std::collections::VecDeque;
 
 use profirust::fdl::{
     DataTelegramHeader, FdlActiveStation, FdlApplication, FrameCountBit, FunctionCode, ResponseState,
@@ -59,7 +60,7 @@ pub(super) struct Inquiry {
     asked: u8,
     answers: VecDeque<(u8, Answer)>,
     /// The frame count bit of the next telegram to each slave.
-    frame_counts: BTreeMap<u8, FrameCountBit>,
+    frame_counts: Map<u8, FrameCountBit>,
 }
 
 impl Question {
@@ -113,7 +114,7 @@ impl Inquiry {
         // Anything else is the answer to a question that was taken back.
         if self.questions.front().is_some_and(|(asked, _)| *asked == address) {
             let question = self.questions.pop_front().map(|(_, question)| question);
-            let count = self.frame_counts.entry(address).or_default();
+            let count = self.frame_counts.or_default(address);
             match (question, &answer) {
                 (Some(Question::Status) | None, _) => {}
                 (Some(_), Answer::Silence) => count.reset(),

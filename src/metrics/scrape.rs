@@ -1,6 +1,6 @@
 //! Who asks, and in which order: one scrape after the other, one line after the other.
 
-use std::collections::BTreeMap;
+use crate::map::Map;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -114,12 +114,12 @@ impl Scrape {
 /// Which of the nodes with the same number is which. A node keeps its place among them as long as it keeps its number,
 /// whoever comes and goes: its counters stay its own.
 #[derive(Debug, Default)]
-pub(super) struct Twins(BTreeMap<(usize, Seat), (u8, u8)>);
+pub(super) struct Twins(Map<(usize, Seat), (u8, u8)>);
 
 impl Twins {
     fn tell_apart(&mut self, line: usize, members: &mut [Member]) {
-        let mut now = BTreeMap::new();
-        let is_taken = |now: &BTreeMap<_, _>, place| now.values().any(|taken| *taken == place);
+        let mut now = Map::new();
+        let is_taken = |now: &Map<_, _>, place| now.values().any(|taken| *taken == place);
         let seats: Vec<_> = members.iter().map(|member| (member.seat(), member.address)).collect();
         // First those that were there.
         for (seat, address) in &seats {
@@ -140,7 +140,7 @@ impl Twins {
             }
         }
         self.0.retain(|(of, _), _| *of != line);
-        self.0.append(&mut now);
+        self.0.extend(now);
     }
 }
 

@@ -1,4 +1,5 @@
 //! A drive of CiA 402 that a file describes, and a master that commands it.
+#![cfg(feature = "eds")]
 
 use std::fmt::Write;
 use std::time::Duration;

@@ -1,4 +1,5 @@
 //! A node that a file describes, and a master's requests to it.
+#![cfg(feature = "eds")]
 
 use std::fs;
 use std::path::Path;

@@ -1,4 +1,5 @@
 //! A drive of CiA 402 from its file, as a master drives it (`eds.md` 6, E-53 to E-60).
+#![cfg(feature = "eds")]
 
 use profidrive::devices::CanopenDevice;
 use profidrive::face::DriveState;

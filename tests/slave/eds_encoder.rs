@@ -1,4 +1,5 @@
 //! An encoder of CiA 406 that a file describes, as a master sees it (`eds.md` 4, E-63).
+#![cfg(feature = "eds")]
 
 use std::time::Duration;
 

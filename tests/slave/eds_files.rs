@@ -1,4 +1,5 @@
 //! Files of CANopen nodes, read (`eds.md`): our own, and with `PROFIDRIVE_EDS_FOLDER` all of a folder.
+#![cfg(feature = "eds")]
 
 use std::fs;
 use std::path::Path;

@@ -1,4 +1,5 @@
 //! Inputs and outputs of CiA 401 that a file describes, as a master sees them (`eds.md` 4, E-61 and E-62).
+#![cfg(feature = "eds")]
 
 use std::time::Duration;
 

@@ -1,4 +1,5 @@
 //! A node that a file describes, as a master sees it (`eds.md` 6, E-03 to E-51).
+#![cfg(feature = "eds")]
 
 use std::fs;
 use std::path::Path;

@@ -1,4 +1,5 @@
 //! Whatever a file of a profile says, a master writes and an input is: the node goes on, and entries keep their types.
+#![cfg(feature = "eds")]
 
 use std::time::Duration;
 

@@ -1,4 +1,5 @@
 //! Values of a node from a file on their way: types, strings, domains, blocks (`eds.md` 6, E-09 to E-17).
+#![cfg(feature = "eds")]
 
 use std::time::Duration;
 

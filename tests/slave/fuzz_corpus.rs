@@ -13,9 +13,9 @@ fn every_input_of_every_corpus_keeps_the_invariants() {
     let targets: &[(&str, Check)] = &[
         #[cfg(feature = "std")]
         ("decode_cli", invariants::decode_cli::check),
-        #[cfg(feature = "std")]
+        #[cfg(feature = "eds")]
         ("eds", invariants::eds::check),
-        #[cfg(feature = "std")]
+        #[cfg(feature = "eds")]
         ("eds_node", invariants::eds_node::check),
         #[cfg(feature = "std")]
         ("gsd", invariants::gsd::check),

@@ -1,7 +1,7 @@
 //! The CAN bus of the demo: a master whose frames the story writes, and one device.
 
+use crate::map::Map;
 use core::time::Duration;
-use std::collections::BTreeMap;
 use std::io::Write;
 
 use crate::can_bus::can::{BitRate, Frame, Id};
@@ -34,7 +34,7 @@ pub(super) struct NodeStage<'w> {
     words: Network,
     now: Instant,
     /// What was told last of each identifier of the device.
-    told: BTreeMap<u32, Frame>,
+    told: Map<u32, Frame>,
 }
 
 impl<'w> NodeStage<'w> {
@@ -54,7 +54,7 @@ impl<'w> NodeStage<'w> {
              A frame is its identifier and its octets, both hexadecimal. Times are milliseconds on the bus.",
             product.sheet.product_name
         ))?;
-        Ok(Self { page, bus, master, device, words, now, told: BTreeMap::new() })
+        Ok(Self { page, bus, master, device, words, now, told: Map::new() })
     }
 
     /// Plays what happens next.

@@ -10,7 +10,8 @@ use crate::explain::canopen::Network;
 use crate::explain::hex;
 use crate::host::can::{CanEndpoint, Product, SlcanEndpoint, open_slcan, open_socketcan};
 use crate::host::link::tcp::Connection;
-use crate::host::list::{Choices, Device, NodeFile};
+use crate::host::list::node_files::product_of_file;
+use crate::host::list::{Choices, Device};
 use crate::host::{Clock, Stop, SystemClock};
 use serde_json::json;
 use tracing::warn;
@@ -43,7 +44,7 @@ pub(super) fn master(args: &Master, place: &CanPlace) -> Result<(), Failure> {
     // Before the drive is enabled, so that no signal ends the process with the drive moving.
     let stop = signals::stop_at_end().map_err(|error| Failure::from_error(&error))?;
     let of_file = match &args.eds {
-        Some(file) => Some(NodeFile::of_file(file).map_err(Failure::Usage)?),
+        Some(file) => Some(product_of_file(file).map_err(Failure::Usage)?),
         None => None,
     };
     let rate = args.baud.and_then(|baud| baud.can()).unwrap_or(BitRate::K500);

@@ -34,7 +34,7 @@ mod sdo;
 mod service;
 mod text;
 
-use std::collections::BTreeMap;
+use crate::map::Map;
 
 use super::{Explanation, Field, Kind, Mark, Sender};
 use crate::can_bus::can::{Frame, Id};
@@ -52,9 +52,9 @@ pub use text::{FrameTextError, frame_in};
 #[derive(Clone, Debug, Default)]
 pub struct Network {
     every: Option<&'static Vocabulary>,
-    nodes: BTreeMap<u8, Learned>,
+    nodes: Map<u8, Learned>,
     /// Services whose identifier was heard to be another than CiA 301 gives them.
-    moved: BTreeMap<Id, Service>,
+    moved: Map<Id, Service>,
 }
 
 impl Network {
@@ -129,7 +129,7 @@ impl Network {
 
     fn node(&mut self, node: u8) -> &mut Learned {
         let every = self.every;
-        self.nodes.entry(node & 0x7F).or_insert_with(|| Learned::new(every))
+        self.nodes.or_insert_with(node & 0x7F, || Learned::new(every))
     }
 }
 

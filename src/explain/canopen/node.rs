@@ -1,6 +1,6 @@
 //! What is known of one node.
 
-use std::collections::BTreeMap;
+use crate::map::Map;
 
 use super::service::{MOST_PDOS, Service};
 use crate::can_bus::canopen::dictionary;
@@ -25,7 +25,7 @@ pub(super) struct Learned {
     /// Objects that say how to read frames, as written or read.
     /// What positions are counted in.
     pub(super) lengths: Lengths,
-    heard: BTreeMap<Address, u32>,
+    heard: Map<Address, u32>,
     changed: Option<Address>,
 }
 
@@ -67,7 +67,7 @@ impl Learned {
             control: None,
             status: None,
             lengths: Lengths::Unknown,
-            heard: BTreeMap::new(),
+            heard: Map::new(),
             changed: None,
         }
     }

@@ -103,10 +103,9 @@ impl Eq for Product {}
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::device_file::Level;
-    use crate::eds::Eds;
 
     /// What the manuals say all the same.
+    #[cfg(feature = "eds")]
     const ODD: [(&str, &str); 5] = [
         ("ag03-1", "NrOfRXPDO is 3, but 4 have communication parameters: these count"),
         ("ag03-1", "NrOfTXPDO is 3, but 4 have communication parameters: these count"),
@@ -115,8 +114,12 @@ mod tests {
         ("ap10", "1601h:02 maps 5F16h:02 with 16 bits, expected 32"),
     ];
 
+    #[cfg(feature = "eds")]
     #[test]
     fn the_sheet_of_each_device_reads_back_as_it_is() {
+        use crate::device_file::Level;
+        use crate::eds::Eds;
+
         let node = NodeId::new(5).unwrap();
         let mut odd = Vec::new();
         for product in Device::products() {

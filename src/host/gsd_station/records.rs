@@ -1,7 +1,8 @@
 //! The records of a station from a GSD, by slot and index, and its identification and maintenance.
 
+use crate::map::Map;
 use core::time::Duration;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use super::storing::{Before, Step, Storing};
 use crate::host::station_file::KeptRecord;
@@ -24,11 +25,11 @@ pub struct StationRecord {
 /// The records of a station.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StationRecords {
-    pub(crate) records: BTreeMap<(u8, u8), StationRecord>,
+    pub(crate) records: Map<(u8, u8), StationRecord>,
     /// I&M0 of slot 0, if there is identification.
     pub(crate) identification: Option<Identification>,
     /// I&M1 to I&M4 that can be written, and what is in them.
-    pub(crate) blocks: BTreeMap<u16, [u8; LEN]>,
+    pub(crate) blocks: Map<u16, [u8; LEN]>,
     /// The least Send_Timeout of a connection, times 10 ms.
     pub(crate) min_send_timeout: u16,
     /// The slots of the configuration.
@@ -40,9 +41,9 @@ pub struct StationRecords {
 impl Default for StationRecords {
     fn default() -> Self {
         Self {
-            records: BTreeMap::new(),
+            records: Map::new(),
             identification: None,
-            blocks: BTreeMap::new(),
+            blocks: Map::new(),
             min_send_timeout: 100,
             slots: BTreeSet::new(),
             storing: Storing::default(),

@@ -31,8 +31,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+use crate::map::Map;
 use core::time::Duration;
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 use std::io;
 
 use super::pieces::{Piece, Pieces};
@@ -177,7 +178,7 @@ impl Faults {
     pub fn add(&mut self, now: Instant, rule: Rule) -> u32 {
         let open = rule.when.from.is_zero() && rule.while_input.is_none();
         let switch = Switch::default();
-        self.list.add(now, rule, Seen { open, switch, stations: BTreeMap::new() })
+        self.list.add(now, rule, Seen { open, switch, stations: Map::new() })
     }
 
     /// What a fault waits for beside its occasions, and the switch to turn on while that holds
@@ -346,7 +347,7 @@ struct Seen {
     open: bool,
     /// Turned on by the station whose input the fault waits for.
     switch: Switch,
-    stations: BTreeMap<u8, Station>,
+    stations: Map<u8, Station>,
 }
 
 /// What a fault remembers of a station.

@@ -22,8 +22,10 @@ mod given;
 mod group;
 pub(crate) mod inputs;
 pub mod named;
-mod node_files;
+#[cfg(feature = "eds")]
+pub(crate) mod node_files;
 #[cfg(test)]
+#[cfg(feature = "eds")]
 mod nouns;
 pub(crate) mod objects;
 mod profidrive4;
@@ -38,11 +40,11 @@ pub(crate) mod timed;
 mod wrong;
 
 use core::fmt;
+use std::path::Path;
 
 pub use choice::{Choice, Choices, QuirkRow, Takes};
 pub use given::Given;
 pub use group::Group;
-pub use node_files::NodeFile;
 pub use slaves::{Ground, MakeError, Prepared, Slave, ppo, table_of_file};
 pub use spec::Spec;
 pub use wrong::Wrong;
@@ -241,6 +243,7 @@ pub static DEVICES: &[Device] = &[
             Box::new(AsdaA2::new(config, quirks, now).with_memory(memory))
         },
     }),
+    #[cfg(feature = "eds")]
     Device::NodeFile(NodeFile {
         name: "eds-node",
         choices: &[
@@ -253,6 +256,8 @@ pub static DEVICES: &[Device] = &[
             TWIN,
             OBJECTS,
         ],
+        number: node_files::number,
+        product: node_files::product,
     }),
 ];
 
@@ -315,6 +320,18 @@ pub enum Device {
     NodeFile(NodeFile),
 }
 
+/// A device on CANopen that a file describes.
+pub struct NodeFile {
+    /// Its name on the command line.
+    pub name: &'static str,
+    /// What can be chosen about it.
+    pub choices: &'static [Choice],
+    /// The number that a configuration file gives its node.
+    number: fn(&Path) -> Result<Option<u8>, String>,
+    /// The device of the file that is chosen.
+    product: fn(&Self, &Choices) -> Result<&'static Product, Wrong>,
+}
+
 impl Device {
     /// Its name on the command line, as `ag03-1`. On one bus no two have the same.
     pub(crate) const fn name(&self) -> &'static str {
@@ -365,6 +382,14 @@ impl Device {
             Self::Slave(_) | Self::NodeFile(_) => None,
             Self::Node(product) => Some(product),
         }
+    }
+
+    /// The device on CANopen that a file describes.
+    fn of_file() -> Option<&'static NodeFile> {
+        DEVICES.iter().find_map(|device| match device {
+            Self::NodeFile(file) => Some(file),
+            Self::Slave(_) | Self::Node(_) => None,
+        })
     }
 
     /// Every device on CANopen that needs no file.

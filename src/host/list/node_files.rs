@@ -3,7 +3,8 @@
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use super::{Choice, Choices, DEVICES, Device, Wrong};
+use super::{Choices, Device, NodeFile, Wrong};
+use crate::can_bus::canopen::NodeId;
 use crate::can_bus::canopen::eds::Sheet;
 use crate::can_bus::canopen::parameter::MAX_CONSUMERS;
 use crate::can_bus::canopen::pdo::MAX_PDOS;
@@ -12,39 +13,36 @@ use crate::devices::CanopenDevice;
 use crate::devices::from_eds::{Dictionary, FromEds};
 use crate::eds::{Content, Eds, Profile};
 use crate::host::can::Product;
-use crate::host::device_file::{domain_of_file, eds_octets_of_file};
+use crate::host::device_file::{domain_of_file, eds_octets_of_file, eds_of_file};
 
-/// A device on CANopen that a file describes.
-pub struct NodeFile {
-    /// Its name on the command line.
-    pub name: &'static str,
-    /// What can be chosen about it.
-    pub choices: &'static [Choice],
+/// The number that a configuration file gives its node.
+///
+/// # Errors
+/// What is wrong with the file.
+pub(super) fn number(file: &Path) -> Result<Option<u8>, String> {
+    let node = eds_of_file(file)?.commissioning.and_then(|commissioning| commissioning.node);
+    Ok(node.map(NodeId::number))
+}
+
+/// The device of the file that is chosen.
+///
+/// # Errors
+/// What is wrong with the file.
+pub(super) fn product(of: &NodeFile, choices: &Choices) -> Result<&'static Product, Wrong> {
+    let file = choices.file("eds").unwrap_or(Path::new(""));
+    let is_memory = choices.word("profile") == Some("none");
+    of.held(file, is_memory).map_err(|words| Wrong::at("eds", words))
+}
+
+/// The device of a file, with what its profile asks for.
+///
+/// # Errors
+/// What is wrong with the file.
+pub(crate) fn product_of_file(file: &Path) -> Result<&'static Product, String> {
+    Device::of_file().ok_or_else(|| "no device of a file".to_owned())?.held(file, false)
 }
 
 impl NodeFile {
-    /// The device of the file that is named.
-    ///
-    /// # Errors
-    /// What is wrong with the file.
-    pub(super) fn product(&self, choices: &Choices) -> Result<&'static Product, Wrong> {
-        let file = choices.file("eds").unwrap_or(Path::new(""));
-        let is_memory = choices.word("profile") == Some("none");
-        self.held(file, is_memory).map_err(|words| Wrong::at("eds", words))
-    }
-
-    /// The device of a file, with what its profile asks for.
-    ///
-    /// # Errors
-    /// What is wrong with the file.
-    pub(crate) fn of_file(file: &Path) -> Result<&'static Product, String> {
-        let known = DEVICES.iter().find_map(|device| match device {
-            Device::NodeFile(known) => Some(known),
-            Device::Slave(_) | Device::Node(_) => None,
-        });
-        known.ok_or_else(|| "no device of a file".to_owned())?.held(file, false)
-    }
-
     fn held(&self, file: &Path, is_memory: bool) -> Result<&'static Product, String> {
         let octets = eds_octets_of_file(file)?;
         let mut shelf = SHELF.lock().unwrap_or_else(PoisonError::into_inner);
@@ -190,7 +188,7 @@ fn read_domains(eds: &mut Eds, file: &Path) -> Vec<String> {
 mod tests {
     use super::*;
 
-    const NODE: NodeFile = NodeFile { name: "eds-node", choices: &[] };
+    const NODE: NodeFile = NodeFile { name: "eds-node", choices: &[], number, product };
 
     #[test]
     fn the_tables_of_a_file_are_held_once() {

@@ -142,6 +142,7 @@ fn address(text: &str) -> Option<Address> {
 }
 
 #[cfg(test)]
+#[cfg(feature = "eds")]
 mod tests {
     use super::*;
     use crate::can_bus::canopen::NodeId;

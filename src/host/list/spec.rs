@@ -7,7 +7,6 @@ use super::{Choice, Choices, Device, Given, Group, Prepared, Takes, Wrong, objec
 use crate::can_bus::canopen::NodeId;
 use crate::can_bus::canopen::node::storage::Eeprom;
 use crate::host::can::{NodeSignal, Product};
-use crate::host::eds_of_file;
 use crate::profibus::fdl::Address;
 use crate::time::Instant;
 
@@ -15,8 +14,8 @@ use crate::time::Instant;
 fn number_of_file(text: &str, group: Group) -> Result<String, Wrong> {
     let file = text.split(',').find_map(|part| part.strip_prefix("eds=")).filter(|file| !file.is_empty());
     let file = file.ok_or_else(|| group.without_place())?;
-    let eds = eds_of_file(Path::new(file)).map_err(|words| Wrong::at("eds", words))?;
-    let number = eds.commissioning.and_then(|commissioning| commissioning.node);
+    let of_file = Device::of_file().ok_or_else(|| group.without_place())?;
+    let number = (of_file.number)(Path::new(file)).map_err(|words| Wrong::at("eds", words))?;
     number.map(|number| number.to_string()).ok_or_else(|| {
         Wrong::whole(format!("{file} has no NodeID; give the number, for example 5,eds={file}"))
     })
@@ -115,7 +114,7 @@ impl Spec {
     pub(crate) fn product(&self) -> Result<&'static Product, Wrong> {
         match self.device {
             Device::Node(product) => Ok(product),
-            Device::NodeFile(file) => file.product(&self.choices),
+            Device::NodeFile(file) => (file.product)(file, &self.choices),
             Device::Slave(slave) => Err(Wrong::whole(format!("{} is on PROFIBUS", slave.name))),
         }
     }
@@ -304,6 +303,7 @@ impl Spec {
 }
 
 #[cfg(test)]
+#[cfg(feature = "eds")]
 mod tests {
     use super::*;
 

@@ -11,8 +11,8 @@
 //! | any | waits | the owner hands over a newer one |
 //! | failed | waits again | its owner goes |
 
+use crate::map::Map;
 use core::time::Duration;
-use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -42,7 +42,7 @@ pub(super) struct Ticket(u64);
 
 #[derive(Debug, Default)]
 struct State {
-    slots: BTreeMap<String, Slot>,
+    slots: Map<String, Slot>,
     last_ticket: Ticket,
     /// The file written last: the next in turn is the one behind it.
     last_name: String,
@@ -129,7 +129,7 @@ impl Slots {
     pub(super) fn own(&self, name: &str, longest: usize) -> Result<Option<Newest>, StateDirError> {
         let path = || self.path(name);
         let mut state = self.lock();
-        let slot = state.slots.entry(name.to_owned()).or_default();
+        let slot = state.slots.or_default(name.to_owned());
         if slot.owned {
             return Err(StateDirError::Owned { path: path() });
         }
@@ -351,7 +351,7 @@ impl State {
         };
         let is_due = |slot: &Slot| due(slot).is_some_and(|due| due <= now);
         let last = core::mem::take(&mut self.last_name);
-        let mut behind = self.slots.iter().filter(|(name, _)| **name > last);
+        let mut behind = self.slots.iter().filter(|(name, _)| *name > last);
         let name = behind
             .find(|(_, slot)| is_due(slot))
             .or_else(|| self.slots.iter().find(|(_, slot)| is_due(slot)));
@@ -430,7 +430,7 @@ mod tests {
     fn that_it_is_stored_again_is_said_behind_the_failure_that_its_owner_tells() {
         let slots = Slots::new(Path::new("/state"), Box::new(FullAtFirst(Mutex::new(true))));
         slots.own("a", 9).unwrap();
-        let waits = || slots.lock().slots["a"].again;
+        let waits = || slots.lock().slots.get("a").unwrap().again;
         let (failed, _) = slots.store("a", vec![1]);
         slots.write("a", failed, &[1]);
         assert_eq!((slots.outcome("a"), waits()), (Some((failed, false)), false));

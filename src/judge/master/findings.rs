@@ -1,6 +1,6 @@
 //! What was found of each row: how often it held, how it was broken, why it was not judged.
 
-use std::collections::BTreeMap;
+use crate::map::Map;
 
 use super::Judgement;
 use super::rows::{Place, Row};
@@ -50,7 +50,7 @@ pub(super) struct Findings {
     /// In the order of [`Row::ALL`].
     records: Vec<Record>,
     /// Ident numbers of the stations, for the words beside their telegrams.
-    idents: BTreeMap<u8, u16>,
+    idents: Map<u8, u16>,
     /// The scenario that is played.
     scenario: Option<String>,
     /// A row was broken since somebody looked.
@@ -63,7 +63,7 @@ impl Default for Findings {
     fn default() -> Self {
         Self {
             records: vec![Record::default(); Row::ALL.len()],
-            idents: BTreeMap::new(),
+            idents: Map::new(),
             scenario: None,
             changed: false,
             soaks: false,
@@ -84,7 +84,7 @@ impl Findings {
 
     /// Takes the ident number of a station, unless it is known.
     pub(super) fn identify(&mut self, station: Address, ident: u16) {
-        self.idents.entry(station.number()).or_insert(ident);
+        self.idents.or_insert_with(station.number(), || ident);
     }
 
     fn record(&self, row: Row) -> Option<&Record> {

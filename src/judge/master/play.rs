@@ -18,8 +18,8 @@
 //! | `again` | scenarios once more, for rows that are still open |
 //! | `soak` | scenarios repeated at random |
 
+use crate::map::Map;
 use core::time::Duration;
-use std::collections::BTreeMap;
 
 use super::observer::{Observer, Sight};
 use super::rows::Row;
@@ -83,7 +83,7 @@ pub struct Judge {
     /// What they have done in the scenario.
     injected: u32,
     /// Exchanges with each station when the scenario began.
-    before: BTreeMap<u8, Counts>,
+    before: Map<u8, Counts>,
     /// How long the whole judgement may take, where the user says it.
     limit: Option<Duration>,
     again: Again,
@@ -158,7 +158,7 @@ impl Judge {
             progress: None,
             faults: Vec::new(),
             injected: 0,
-            before: BTreeMap::new(),
+            before: Map::new(),
             limit: None,
             again: Again::default(),
             soak: None,

@@ -1,7 +1,8 @@
 //! The values of each station that are worth a curve, as they were.
 
+use crate::map::Map;
 use core::time::Duration;
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 
 use super::super::line::OnLine;
 use crate::face::Description;
@@ -31,7 +32,7 @@ pub(in crate::panel) struct Sampled {
 
 /// The samples of the last minutes.
 #[derive(Debug, Default)]
-pub(in crate::panel) struct Samples(BTreeMap<u8, Curves>);
+pub(in crate::panel) struct Samples(Map<u8, Curves>);
 
 /// The samples of a station.
 #[derive(Clone, Debug, Default)]
@@ -88,7 +89,7 @@ impl Samples {
     /// Of a station at rest the first and the newest sample are kept. What is older than the span goes.
     pub(in crate::panel) fn keep(&mut self, Sampled { at, stations }: Sampled) {
         for (address, columns, row) in stations {
-            let curves = self.0.entry(address).or_default();
+            let curves = self.0.or_default(address);
             // Of two with one number the first counts.
             if curves.rows.back().is_none_or(|(then, _)| *then != at) {
                 curves.keep(at, columns, row);

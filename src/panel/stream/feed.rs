@@ -1,7 +1,7 @@
 //! The end of the stream at the thread of a line.
 
+use crate::map::Map;
 use core::sync::atomic::{AtomicU64, Ordering};
-use std::collections::BTreeMap;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -67,15 +67,15 @@ pub(super) struct Shared {
     pub(super) news_lost: AtomicU64,
     pub(super) telegrams_lost: AtomicU64,
     /// Which node is at which seat.
-    seats: Mutex<BTreeMap<Seat, NodeId>>,
+    seats: Mutex<Map<Seat, NodeId>>,
 }
 
 /// The settings that were sent since all of them were wanted.
 #[derive(Debug, Default)]
 pub(in crate::panel) struct SentSettings {
     wanted: u64,
-    known: BTreeMap<u8, Known>,
-    words: BTreeMap<u8, &'static str>,
+    known: Map<u8, Known>,
+    words: Map<u8, &'static str>,
 }
 
 /// The end of the stream at the thread of a line. Nothing here waits, and nothing of news and telegrams allocates.
@@ -131,7 +131,7 @@ impl Feed {
         }
     }
 
-    fn seats(&self) -> MutexGuard<'_, BTreeMap<Seat, NodeId>> {
+    fn seats(&self) -> MutexGuard<'_, Map<Seat, NodeId>> {
         self.shared.seats.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

@@ -1,8 +1,8 @@
 //! The middle of the stream: takes what a line tells and passes it on to the readers of all lines.
 
+use crate::map::Map;
 use core::sync::atomic::{AtomicUsize, Ordering};
 use core::time::Duration;
-use std::collections::BTreeMap;
 use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::SystemTime;
@@ -90,7 +90,7 @@ struct Inner {
 /// The ring, and what was learned from what was in it.
 struct Ring {
     entries: Receiver<Entry>,
-    last_refusals: BTreeMap<u8, LastRefusal>,
+    last_refusals: Map<u8, LastRefusal>,
     context: explain::Context,
     network: Network,
     history: History,
@@ -106,7 +106,7 @@ impl Hub {
     ) -> Self {
         let ring = Ring {
             entries,
-            last_refusals: BTreeMap::new(),
+            last_refusals: Map::new(),
             context: explain::Context::default(),
             network: Network::default(),
             history: History::default(),

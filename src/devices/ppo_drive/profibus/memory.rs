@@ -1,6 +1,6 @@
 //! What a drive keeps while it is switched off: the values that were written to its parameters.
 
-use std::collections::BTreeMap;
+use crate::map::Map;
 
 use super::{PpoDrive, parameters::Access};
 use crate::profibus::dp::{Application, StoredAddress};
@@ -12,7 +12,7 @@ pub(super) type Place = (u16, Option<u8>);
 /// The values written, for a host that keeps them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Memory {
-    written: BTreeMap<Place, u32>,
+    written: Map<Place, u32>,
     undo: Option<Undo>,
     changed: bool,
 }

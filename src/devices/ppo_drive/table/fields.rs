@@ -1,6 +1,6 @@
 //! A row from its named fields as text.
 
-use std::collections::BTreeMap;
+use crate::map::Map;
 
 use super::{Channel, Kind, MAX_PNU, Row, TableError, Tie};
 use crate::devices::ppo_drive::Quantity;
@@ -15,13 +15,13 @@ pub struct Fields {
     line: usize,
     /// The highest number that a parameter can have.
     most_pnu: u16,
-    given: BTreeMap<String, (usize, String)>,
+    given: Map<String, (usize, String)>,
 }
 
 impl Fields {
     /// The fields of a row that is on one line.
     pub fn new<'a>(line: usize, fields: impl IntoIterator<Item = (&'a str, &'a str)>) -> Self {
-        let mut this = Self { line, most_pnu: MAX_PNU, given: BTreeMap::new() };
+        let mut this = Self { line, most_pnu: MAX_PNU, given: Map::new() };
         for (name, text) in fields {
             this.put(line, name, text.to_owned());
         }

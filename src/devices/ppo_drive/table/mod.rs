@@ -23,8 +23,8 @@ mod file;
 mod first;
 mod profile;
 
+use crate::map::Map;
 use core::fmt;
-use std::collections::BTreeMap;
 
 use strum::{IntoStaticStr, VariantArray};
 use thiserror::Error;
@@ -290,7 +290,7 @@ pub struct TableError {
 /// The parameters of a drive and the values of those that are tied to nothing.
 #[derive(Clone, Debug)]
 pub struct Table {
-    rows: BTreeMap<u16, (Row, Vec<u32>)>,
+    rows: Map<u16, (Row, Vec<u32>)>,
 }
 
 impl Table {
@@ -299,7 +299,7 @@ impl Table {
     /// # Errors
     /// [`TableError`] if two have the same number; its line is the place in `rows`.
     pub fn new(rows: impl IntoIterator<Item = Row>) -> Result<Self, TableError> {
-        let mut own = BTreeMap::new();
+        let mut own = Map::new();
         for (place, row) in rows.into_iter().enumerate() {
             let pnu = row.pnu;
             if own.insert(pnu, with_values(row)).is_some() {
@@ -307,9 +307,9 @@ impl Table {
                 return Err(TableError { line: place + 1, what });
             }
         }
-        let mut rows: BTreeMap<_, _> =
+        let mut rows: Map<_, _> =
             profile::rows().into_iter().map(|row| (row.pnu, with_values(row))).collect();
-        rows.append(&mut own);
+        rows.extend(own);
         Ok(Self { rows })
     }
 

@@ -1,7 +1,7 @@
 //! The parameters of the drive: those of the profile, its settings, what it measures, and those of a file.
 
+use crate::map::Map;
 use std::borrow::Cow;
-use std::collections::BTreeMap;
 
 use super::value;
 use crate::devices::ppo_drive::Quantity;
@@ -296,7 +296,7 @@ fn check_first(setting: Setting, first: f64) -> Result<(), String> {
 /// All parameters by number.
 #[derive(Clone, Debug)]
 pub(super) struct Table {
-    entries: BTreeMap<u16, Entry>,
+    entries: Map<u16, Entry>,
     /// What the settings of a new drive are, where a file says so.
     pub(super) firsts: Vec<(Setting, f64)>,
 }
@@ -307,7 +307,7 @@ impl Table {
     /// # Errors
     /// What the drive does not have, or a first value that it does not take.
     pub(super) fn new(rows: &[Row]) -> Result<Self, String> {
-        let mut entries: BTreeMap<u16, Entry> = of_profile().collect();
+        let mut entries: Map<u16, Entry> = of_profile().collect();
         for (pnu, before) in (953..=960).zip(0..) {
             let name = "one of the last eight warnings";
             let warning = Profile::Warning(before);

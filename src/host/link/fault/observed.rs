@@ -1,6 +1,6 @@
 //! What telegrams show of the stations: who was asked for which service, how often, and in which state a station is.
 
-use std::collections::BTreeMap;
+use crate::map::Map;
 
 use super::{data_telegram, is_request};
 use crate::profibus::dp::{Diagnosis, Service, SetPrm, State};
@@ -25,7 +25,7 @@ pub(super) struct Occasion {
 /// Every station that was asked.
 #[derive(Debug, Default)]
 pub(super) struct Observed {
-    stations: BTreeMap<u8, Seen>,
+    stations: Map<u8, Seen>,
     /// To whom the last request was addressed: SC does not say from whom it is.
     asked: Option<Address>,
     /// From whom that request was.
@@ -51,7 +51,7 @@ impl Observed {
         let request = data_telegram(octets).filter(is_request)?;
         self.asked = Some(request.da);
         self.master = Some(request.sa);
-        let seen = self.stations.entry(request.da.number()).or_default();
+        let seen = self.stations.or_default(request.da.number());
         // With FCV the frame count tells; a first request is repeated only if nobody answered.
         let counted =
             matches!(request.fc.function(), Function::Request(_, FrameCount::Even | FrameCount::Odd));

@@ -145,14 +145,14 @@ impl Active {
                 ..*request
             };
             let held = Some(HeldCfg { master: request.sa, until, octets: chk_cfg });
-            self.seen.stations.entry(request.da.number()).or_default().not_ready = held;
+            self.seen.stations.or_default(request.da.number()).not_ready = held;
             return Pass::Instead(encoded(&nothing));
         }
         match held {
             // Void: the slave is parameterised anew.
             Some(_) if service == Some(Service::SetPrm) && !foreign => Pass::Whole,
             Some(held) if waits => {
-                self.seen.stations.entry(request.da.number()).or_default().not_ready = Some(held);
+                self.seen.stations.or_default(request.da.number()).not_ready = Some(held);
                 Pass::Whole
             }
             Some(held) => Pass::Behind(held.octets),

@@ -1,7 +1,7 @@
 //! What is known of the objects of the node: by its data sheet, else by what it answers.
 
+use crate::map::Map;
 use core::time::Duration;
-use std::collections::BTreeMap;
 
 use super::Bench;
 use crate::can_bus::can::Id;
@@ -22,7 +22,7 @@ pub(super) struct Known {
     /// The identifier of SYNC, as it is without the rows.
     pub(super) sync: Option<Id>,
     /// Entries that were looked for.
-    looked_for: BTreeMap<Address, bool>,
+    looked_for: Map<Address, bool>,
 }
 
 impl Known {

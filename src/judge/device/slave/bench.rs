@@ -1,6 +1,6 @@
 //! What the rows of slaves are judged with: requests, and what is made of the answers.
 
-use std::collections::BTreeMap;
+use crate::map::Map;
 
 use super::Setup;
 use super::answer::{Answer, Diagnosis, is_sd3, misformed, short};
@@ -41,7 +41,7 @@ pub struct Bench {
     pub(super) setup: Setup,
     pub(super) wire: Wire,
     attendant: Option<Owned>,
-    counts: BTreeMap<u8, FrameCount>,
+    counts: Map<u8, FrameCount>,
     pub(super) notes: Notes,
     /// What it is, by the file or by its own words.
     pub(super) ident: u16,
@@ -78,7 +78,7 @@ impl Bench {
             setup,
             wire,
             attendant: attendant.map(Owned),
-            counts: BTreeMap::new(),
+            counts: Map::new(),
             notes: Notes::default(),
             ident: 0,
             cfg: Vec::new(),
@@ -92,6 +92,11 @@ impl Bench {
             exchanged: false,
             why_not: None,
         }
+    }
+
+    /// The ident number by the address, as the words of telegrams need it.
+    fn idents(&self) -> Map<u8, u16> {
+        Map::from_iter([(self.slave(), self.ident)])
     }
 
     pub(super) const fn slave(&self) -> u8 {
@@ -276,12 +281,12 @@ impl Bench {
     pub(super) fn shown(&mut self) -> Vec<Telegram> {
         let mut moments: Vec<Moment> = self.wire.take_passed();
         moments.drain(..moments.len().saturating_sub(SHOWN));
-        explained(moments, &BTreeMap::from([(self.slave(), self.ident)]))
+        explained(moments, &self.idents())
     }
 
     /// What the last few telegrams are, which stay.
     fn last_shown(&self) -> Vec<Telegram> {
-        explained(self.wire.last_passed(4), &BTreeMap::from([(self.slave(), self.ident)]))
+        explained(self.wire.last_passed(4), &self.idents())
     }
 
     /// What the form and the time of a reply say.
@@ -350,7 +355,7 @@ impl Bench {
         if unasked.is_empty() {
             return;
         }
-        let telegrams = explained(unasked, &BTreeMap::from([(self.slave(), self.ident)]));
+        let telegrams = explained(unasked, &self.idents());
         let count = telegrams.len();
         self.notes.breach("S-T02", || {
             (format!("{count} sendings although nobody had asked, or after T_SL"), telegrams)

@@ -1,14 +1,14 @@
 //! What is noticed of a row while others are judged.
 
-use std::collections::BTreeMap;
+use crate::map::Map;
 
 use crate::judge::moment::Telegram;
 
 /// Occasions, and the first breach, by row.
 #[derive(Debug, Default)]
 pub(super) struct Notes {
-    occasions: BTreeMap<&'static str, u32>,
-    breaches: BTreeMap<&'static str, Breach>,
+    occasions: Map<&'static str, u32>,
+    breaches: Map<&'static str, Breach>,
 }
 
 #[derive(Clone, Debug)]
@@ -21,7 +21,7 @@ struct Breach {
 impl Notes {
     /// An occasion to judge a row.
     pub(super) fn occasion(&mut self, row: &'static str) {
-        *self.occasions.entry(row).or_default() += 1;
+        *self.occasions.or_default(row) += 1;
     }
 
     /// How many there were.

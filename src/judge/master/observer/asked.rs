@@ -1,6 +1,7 @@
 //! Rows that need somebody who operates the master: what it does after it was asked.
 
-use std::collections::{BTreeMap, BTreeSet};
+use crate::map::Map;
+use std::collections::BTreeSet;
 
 use super::Observer;
 use super::contents::{FREEZE_REQ, SYNC_REQ};
@@ -33,13 +34,13 @@ pub(in crate::judge) struct Asked {
     /// Stations that were let go.
     released: BTreeSet<u8>,
     /// The last outputs of each station.
-    outputs: BTreeMap<u8, Vec<u8>>,
+    outputs: Map<u8, Vec<u8>>,
     /// The outputs that each station is to get now.
-    expected: BTreeMap<u8, Vec<u8>>,
+    expected: Map<u8, Vec<u8>>,
     /// Stations that got some octets of the old outputs and some of the new.
     torn: BTreeSet<u8>,
     /// What the user has set, and each station got.
-    users: BTreeMap<u8, Vec<u8>>,
+    users: Map<u8, Vec<u8>>,
     /// Stations whose next request must be a first one.
     begins: BTreeSet<u8>,
     /// Stations whose first request since a stop was seen.

@@ -1,6 +1,6 @@
 //! Rows C: the frame count bit, retries; and what the bit tells of bad replies (rows E).
 
-use std::collections::BTreeMap;
+use crate::map::Map;
 
 use super::Observer;
 use super::cycle::{Answer, Bad, Cycle, Relation};
@@ -41,12 +41,12 @@ const REPEATED: &[Row] = &[
 pub(super) struct Common {
     bit: Option<bool>,
     /// How often it went on over all stations where that of the station did not.
-    toggles: BTreeMap<u8, u32>,
+    toggles: Map<u8, u32>,
     /// Counted requests, and how many had the other bit than the one before, whatever its station.
     all: u32,
     toggled: u32,
     /// How often it stayed from one service to another, by the second.
-    stuck: BTreeMap<&'static str, u32>,
+    stuck: Map<&'static str, u32>,
 }
 
 impl Observer {
@@ -206,7 +206,7 @@ impl Observer {
     /// The bit stayed from one service to the next.
     fn stuck_bit(&mut self, from: u64, cycle: &Cycle) {
         let name = cycle.service.map_or("a request", dp::Service::name);
-        let stuck = self.common.stuck.entry(name).or_default();
+        let stuck = self.common.stuck.or_default(name);
         *stuck += 1;
         if *stuck >= 3 {
             let reason = format!("{name} has the FCB of the service before it, which was answered");
@@ -389,7 +389,7 @@ impl Observer {
 
     fn count_common(&mut self, common: bool, station: u8) {
         if common {
-            *self.common.toggles.entry(station).or_default() += 1;
+            *self.common.toggles.or_default(station) += 1;
         }
     }
 

@@ -46,8 +46,9 @@ mod timing;
 mod token;
 mod view;
 
+use crate::map::Map;
 use core::time::Duration;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use super::findings::{Findings, Weight};
 use super::rows::Row;
@@ -93,7 +94,7 @@ pub(super) struct Observer {
     /// The first station that it asked: a cycle begins there.
     first_asked: Option<Address>,
     open: Option<Cycle>,
-    views: BTreeMap<u8, View>,
+    views: Map<u8, View>,
     /// Addresses that are asked and not configured.
     strangers: BTreeSet<u8>,
     control: Control,
@@ -131,7 +132,7 @@ impl Observer {
             recent: Recent::default(),
             first_asked: None,
             open: None,
-            views: BTreeMap::new(),
+            views: Map::new(),
             strangers: BTreeSet::new(),
             control: Control::default(),
             ring: Ring::default(),
@@ -150,7 +151,7 @@ impl Observer {
 
     /// The watchdog time that the master has set in each station.
     pub(super) fn watchdogs(&self) -> Vec<(Address, Duration)> {
-        let set = |(number, view): (&u8, &View)| Some((Address::from_octet(*number), view.watchdog?));
+        let set = |(number, view): &(u8, View)| Some((Address::from_octet(*number), view.watchdog?));
         self.views.iter().filter_map(set).collect()
     }
 
@@ -272,7 +273,7 @@ impl Observer {
     }
 
     fn view(&mut self, station: Address) -> &mut View {
-        self.views.entry(station.number()).or_default()
+        self.views.or_default(station.number())
     }
 
     fn station_sent(&mut self, moment: &Moment) {

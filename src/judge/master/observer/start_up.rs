@@ -98,7 +98,7 @@ impl Observer {
     /// Whether the master has lost another station, or still looks for one that is switched on late.
     fn is_other_lost(&self, station: crate::profibus::fdl::Address) -> bool {
         let lost = |view: &super::view::View| view.gave_up || view.loss != Loss::None;
-        let others = self.views.iter().filter(|(other, _)| **other != station.number());
+        let others = self.views.iter().filter(|(other, _)| *other != station.number());
         let mut present = self.setup.present().filter(|slave| slave.address != station);
         let unseen = |number: u8| self.views.get(&number).is_none_or(|view| !view.answered);
         others.map(|(_, view)| view).any(lost) || present.any(|slave| unseen(slave.address.number()))

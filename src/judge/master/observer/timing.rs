@@ -307,7 +307,7 @@ impl Observer {
 
     /// The longest pause behind a good reply: of this station, or of any if it never answers.
     fn longest_pause(&self, station: Address, absent: bool) -> Duration {
-        let of = |(number, view): (&u8, &View)| {
+        let of = |(number, view): &(u8, View)| {
             (absent || *number == station.number()).then_some(view.longest_pause)
         };
         self.views.iter().filter_map(of).max().unwrap_or_default()

@@ -1,7 +1,8 @@
 //! What comes when every scenario was played once: again those whose rows are still open, and time without disturbance.
 
+use crate::map::Map;
 use core::time::Duration;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use super::{Judge, Phase, Progress};
 use crate::judge::master::rows::Row;
@@ -28,8 +29,8 @@ const WATCHDOGS: u32 = 8;
 /// What was played again.
 #[derive(Debug, Default)]
 pub(super) struct Again {
-    scenarios: BTreeMap<usize, u32>,
-    rows: BTreeMap<Row, u32>,
+    scenarios: Map<usize, u32>,
+    rows: Map<Row, u32>,
     /// All of them.
     pub(super) count: usize,
     /// Watchdogs were watched without disturbance.
@@ -58,9 +59,9 @@ impl Judge {
         let scenario = self.scenarios.get_mut(number)?;
         scenario.reseed();
         let rows: BTreeSet<Row> = scenario.all_rows().collect();
-        *self.again.scenarios.entry(number).or_default() += 1;
+        *self.again.scenarios.or_default(number) += 1;
         for row in rows {
-            *self.again.rows.entry(row).or_default() += 1;
+            *self.again.rows.or_default(row) += 1;
         }
         self.again.count += 1;
         Some(number)

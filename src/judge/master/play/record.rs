@@ -1,7 +1,8 @@
 //! What was played how long, and how long the rest takes.
 
+use crate::map::Map;
 use core::time::Duration;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use super::baseline::BASELINE;
 use super::patience::SLOW_LIMIT;
@@ -29,7 +30,7 @@ pub(super) struct Record {
     /// The scenario that is played, and since when.
     playing: Option<(usize, Instant)>,
     /// How long scenarios of a row were played.
-    spent: BTreeMap<Row, Duration>,
+    spent: Map<Row, Duration>,
     /// How long a cycle of the master takes, once data are exchanged.
     cycle: Duration,
 }
@@ -98,7 +99,7 @@ impl Judge {
         let time = now.saturating_since(since);
         let rows: BTreeSet<Row> = played.rows.iter().chain(&played.returns).copied().collect();
         for row in rows {
-            *self.record.spent.entry(row).or_default() += time;
+            *self.record.spent.or_default(row) += time;
         }
     }
 
