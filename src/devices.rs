@@ -5,7 +5,7 @@
 //! | [`ag03`] | the positioning drives SIKO AG03 and AG03/1 |
 //! | [`ap10`] | the position indicator SIKO AP10 |
 //! | [`asda_a2`] | the servo Delta ASDA-A2 |
-//! | `from_eds` | any node on CANopen that an EDS or a DCF describes |
+//! | `from_eds` | any node on CANopen that an EDS, a DCF or an XDD describes |
 //! | `cia402_drive` | any drive of CiA 402, without a bus |
 //! | [`ppo_drive`] | any drive with variable speed of PROFIDRIVE version 2 |
 //! | [`profidrive4`] | a servo drive of PROFIdrive version 3 and 4, with DP-V1 |

@@ -18,7 +18,7 @@ pub(crate) fn gsd_of_file(file: &Path) -> Result<Gsd, String> {
     read.map_err(|error| format!("{}: {error}", file.display()))
 }
 
-/// An EDS or a DCF, read.
+/// An EDS, a DCF, an XDD or an XDC, read.
 ///
 /// # Errors
 /// What is wrong with it, with its name.
@@ -32,7 +32,7 @@ pub(crate) fn eds_of_file(file: &Path) -> Result<Eds, String> {
 #[cfg(feature = "eds")]
 const MOST_DOMAIN: usize = 1 << 20;
 
-/// The octets of an EDS or a DCF.
+/// The octets of one.
 ///
 /// # Errors
 /// As of [`eds_of_file`].

@@ -6,7 +6,7 @@ use crate::host::can::Product;
 
 use super::spec::{Offered, device, offered_device};
 
-/// Prints the electronic data sheet (EDS, CiA 306) of a CANopen device, or explains an EDS or DCF file
+/// Prints the electronic data sheet (EDS, CiA 306) of a CANopen device, or explains a file: EDS, DCF, XDD or XDC
 ///
 /// That of a device is for the configuration tool of a master. It is made from the same tables as the answers of the
 /// emulated device. Defaults are those of the unconfigured device; $NODEID stands where they depend on the node number.
@@ -15,10 +15,10 @@ use super::spec::{Offered, device, offered_device};
     args_conflicts_with_subcommands = true,
     arg_required_else_help = true,
     after_help = "Examples:\n  profidrive eds asda-a2 > asda-a2.eds\n  profidrive eds ap10\n  profidrive eds pump.eds\n  \
-                  profidrive eds --objects pump.eds\n  profidrive eds --json pump.dcf\n  profidrive eds check pump.eds"
+                  profidrive eds --objects pump.eds\n  profidrive eds --json pump.dcf\n  profidrive eds pump.xdd\n  profidrive eds check pump.eds"
 )]
 pub(crate) struct Eds {
-    /// The device, for example asda-a2, or a file; an unknown name is answered with the list of all devices
+    /// The device, for example asda-a2, or a file (.eds, .dcf, .xdd, .xdc); an unknown name is answered with the list of all devices
     #[arg(value_name = "DEVICE|FILE", required = true, value_parser = offered_sheet(), hide_possible_values = true)]
     pub(crate) of: Option<Sheet>,
 
@@ -45,7 +45,7 @@ pub(crate) enum Sheet {
 
 #[derive(Debug, clap::Subcommand)]
 pub(crate) enum CheckFile {
-    /// For authors of device files: says what is wrong or unusual, with line and column; exit code 1 if there is anything
+    /// For authors of device files (EDS, DCF, XDD, XDC): says what is wrong or unusual, with line and column; exit code 1 if there is anything
     #[command(after_help = "Example:\n  profidrive eds check pump.eds")]
     Check {
         /// The file

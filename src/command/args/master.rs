@@ -41,7 +41,7 @@ pub(crate) struct Master {
     #[arg(long, global = true, value_name = "N", value_parser = node, display_order = 91)]
     pub(crate) node: Option<NodeId>,
 
-    /// The EDS or DCF of the node: names, types, limits and bits of its objects. Without it those of the AG03/1, the AP10 and the
+    /// The EDS, DCF, XDD or XDC of the node: names, types, limits and bits of its objects. Without it those of the AG03/1, the AP10 and the
     /// ASDA-A2 are known, and of other drives those of CiA 402
     #[arg(long, global = true, value_name = "FILE", display_order = 91)]
     pub(crate) eds: Option<PathBuf>,

@@ -247,7 +247,10 @@ pub static DEVICES: &[Device] = &[
     Device::NodeFile(NodeFile {
         name: "eds-node",
         choices: &[
-            Choice { required: true, ..Choice::of("eds", Takes::File(&[]), "The EDS or DCF of the node.") },
+            Choice {
+                required: true,
+                ..Choice::of("eds", Takes::File(&[]), "The EDS, DCF, XDD or XDC of the node.")
+            },
             Choice::of(
                 "profile",
                 Takes::OneOf(&["file", "none"], Some("file")),
