@@ -23,12 +23,13 @@ use profidrive::face::surroundings::{InputKind, Level};
 use profidrive::time::Instant;
 
 const HEARD: [u16; 8] = [0x605, 0x000, 0x080, 0x205, 0x705, 0x185, 0x7E5, 0x305];
-/// A memory, a drive, inputs and outputs, an encoder.
-const FILES: [&[u8]; 4] = [
+/// A memory, a drive, inputs and outputs, an encoder, a drive with two axes.
+const FILES: [&[u8]; 5] = [
     include_bytes!("../../tests/eds/pump.eds"),
     include_bytes!("../../tests/eds/servo.dcf"),
     include_bytes!("../../tests/eds/terminal.eds"),
     include_bytes!("../../tests/eds/encoder.eds"),
+    include_bytes!("../../tests/eds/two-axes.eds"),
 ];
 /// A producer of SYNC is due each 100 µs.
 const MOST_TIMEOUTS: usize = 1000;

@@ -1,4 +1,4 @@
-//! Any node that an EDS or a DCF describes: a dictionary with memory (`eds.md` 4).
+//! Any node that an EDS, a DCF or an XDD describes: a dictionary with memory (`eds.md` 4).
 //!
 //! | module | holds |
 //! | --- | --- |
@@ -9,6 +9,7 @@
 //! | `io` | CiA 401: inputs and outputs |
 //! | `encoder` | CiA 406: an encoder |
 //! | `description` | values and inputs for people |
+//! | `names` | what a further axis of a drive calls them |
 //! | `why` | what keeps a drive from moving |
 //!
 //! The node itself has the communication objects: PDOs, heartbeat, SYNC, EMCY. What is left are values: each object reads as
@@ -21,6 +22,7 @@ mod drive;
 mod encoder;
 mod io;
 mod memory;
+mod names;
 mod why;
 
 pub use dictionary::Dictionary;
@@ -100,12 +102,14 @@ impl FromEds {
     /// What the device behind the values tells in this entry.
     fn told(&self, row: &Row) -> Option<Value<'static>> {
         match (row.role, &self.behaviour) {
-            (Role::Actual(actual), Behaviour::Drive(driven)) => driven.value(actual, row.table.data),
+            (Role::Actual(axis, actual), Behaviour::Drive(driven)) => {
+                driven.axis(axis)?.value(actual, row.table.data)
+            }
             (Role::Io(point), Behaviour::Io(io)) => io.read(point, row),
             (Role::Encoder(part), Behaviour::Encoder(encoder)) => {
                 self.encoder_value(encoder, part, row.table.data)
             }
-            (Role::Value | Role::Setting(_) | Role::Actual(_) | Role::Io(_) | Role::Encoder(_), _) => None,
+            (Role::Value | Role::Setting(..) | Role::Actual(..) | Role::Io(_) | Role::Encoder(_), _) => None,
         }
     }
 }

@@ -3,7 +3,7 @@
 use crate::can_bus::canopen::Address;
 use crate::can_bus::canopen::dictionary::{Entry, Object};
 use crate::can_bus::canopen::value::DataType::{I8, I32, U8, U16, U32};
-use crate::can_bus::cia402::{Controlword, Mode, Statusword};
+use crate::can_bus::cia402::{Controlword, Mode, Statusword, axis};
 use crate::devices::ag03::param;
 
 /// The words of one device.
@@ -19,7 +19,7 @@ pub struct Vocabulary {
     pub parameter: fn(Address) -> Option<&'static param::Entry>,
     /// What a number in an entry stands for.
     pub choice: fn(Address, i64) -> Option<&'static str>,
-    /// The names of the bits of an entry in the mode 6060h, bit 0 first, empty for a bit without one; `None` if it is no
+    /// The names of the bits of an entry in the mode 6060h of its axis, bit 0 first, empty for a bit without one; `None` if it is no
     /// word of bits.
     pub bits: fn(Address, i64) -> Option<[&'static str; 16]>,
     /// What an EMCY code means with the device's octets behind it.
@@ -56,7 +56,7 @@ pub(crate) const CIA_402: Vocabulary = Vocabulary {
 /// The bits of 6040h and 6041h as CiA 402 has them.
 pub(crate) fn cia_402_bits(at: Address, mode: i64) -> Option<[&'static str; 16]> {
     let mode = i8::try_from(mode).ok().and_then(Mode::of);
-    match at.pair() {
+    match (axis::of_first(at.index.0).1, at.sub.0) {
         (0x6040, 0) => Some(Controlword::names(mode)),
         (0x6041, 0) => Some(Statusword::names(mode)),
         (0.., 0..) => None,
@@ -65,7 +65,7 @@ pub(crate) fn cia_402_bits(at: Address, mode: i64) -> Option<[&'static str; 16]>
 
 /// The modes of operation of CiA 402.
 pub(crate) fn cia_402_choice(at: Address, number: i64) -> Option<&'static str> {
-    if !matches!(at.pair(), (0x6060 | 0x6061, 0)) {
+    if !matches!((axis::of_first(at.index.0).1, at.sub.0), (0x6060 | 0x6061, 0)) {
         return None;
     }
     match i8::try_from(number).ok().and_then(Mode::of)? {

@@ -3,9 +3,10 @@
 use super::objects::whole;
 use super::station::{BitState, Entry, Past, Process, WordState};
 use crate::can_bus::canopen::cob_id::CobId;
-use crate::can_bus::canopen::pdo::MAX_PDOS;
 use crate::can_bus::canopen::pdo::mapping::MappingWord;
+use crate::can_bus::canopen::pdo::{self, MAX_PDOS};
 use crate::can_bus::canopen::{Address, dictionary};
+use crate::can_bus::cia402::axis;
 use crate::devices::{CanopenDevice, Vocabulary};
 use crate::face::description::{Amount, ExchangeEntry};
 use crate::host::can::number;
@@ -21,7 +22,11 @@ pub(super) fn words<'a>(
 fn word(vocabulary: &Vocabulary, device: &dyn CanopenDevice, at: Address) -> Option<WordState> {
     let value = u16::try_from(whole(device, at)?).ok()?;
     let object = dictionary::object(device.application().objects(), at.index)?;
-    let names = (vocabulary.bits)(at, device.description().mode());
+    let mode = match axis::of_first(at.index.0).0 {
+        0 => device.description().mode(),
+        further => whole(device, Address::new(axis::index(further, 0x6061), 0)).unwrap_or_default(),
+    };
+    let names = (vocabulary.bits)(at, mode);
     let bit = |bit: u8| {
         let name = names.and_then(|names| names.get(usize::from(bit)).copied()).unwrap_or_default();
         let set = value >> bit & 1 == 1;
@@ -34,12 +39,14 @@ fn word(vocabulary: &Vocabulary, device: &dyn CanopenDevice, at: Address) -> Opt
 
 /// The PDOs that the device has; RPDOs first.
 pub(super) fn pdos(device: &dyn CanopenDevice) -> impl Iterator<Item = Process> {
-    let places = 0..u16::try_from(MAX_PDOS).unwrap_or(u16::MAX);
+    let objects = device.application().objects();
     let kinds = [("RPDO", 0x1400), ("TPDO", 0x1800)];
-    let all = kinds
-        .into_iter()
-        .flat_map(move |(name, first)| places.clone().map(move |place| (name, first + place, place)));
-    all.filter_map(|(name, index, place)| pdo(device, (name, place), index))
+    kinds.into_iter().flat_map(move |(name, first)| {
+        let indices = objects.iter().map(|object| object.index.0);
+        let of_kind =
+            indices.filter(move |index| (first..first + pdo::OBJECTS).contains(index)).take(MAX_PDOS);
+        of_kind.filter_map(move |index| pdo(device, (name, index - first), index))
+    })
 }
 
 fn pdo(device: &dyn CanopenDevice, (name, place): (&str, u16), index: u16) -> Option<Process> {

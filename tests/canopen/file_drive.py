@@ -1,4 +1,4 @@
-"""python-canopen's BaseNode402 moves drives that `profidrive emulate` has from their files.
+"""python-canopen's BaseNode402 moves drives that `profidrive emulate` has from their files, each axis of them.
 
     file_drive.py PROFIDRIVE FILE.eds|FOLDER...
 
@@ -44,8 +44,14 @@ def fits(sheet):
     return (402 if device_type is None else device_type) & 0xFFFF == 402 and (modes or 1) & 1 == 1
 
 
+def axes(od):
+    """The objects of axis n + 1 are n times 800h behind those of the first."""
+    behind = range(0, 8 * 0x800, 0x800)
+    return [so_far for so_far in behind if all(index + so_far in od for index in NEEDED)]
+
+
 def move(link, sheet):
-    """Enables the drive, travels there and back."""
+    """Enables the drive, travels there and back; then its other axes."""
     network = canopen.Network()
     network.connect(interface="slcan", channel=link.replace("slcan-tcp:", "socket://"), sleep_after_open=0)
     try:
@@ -54,29 +60,37 @@ def move(link, sheet):
         node.sdo.RESPONSE_TIMEOUT = 5.0
         node.setup_402_state_machine(read_pdos=False)
         node.nmt.state = "OPERATIONAL"
-        word = lambda value: setattr(node.sdo[0x6040], "raw", value)  # noqa: E731
-        status = lambda: node.sdo[0x6041].raw  # noqa: E731
-        node.sdo[0x6060].raw = 1
-        for value, state in ((0x06, 0x21), (0x07, 0x23), (0x0F, 0x27)):
-            word(value)
-            wait(lambda: status() & 0x6F == state, f"6040h = {value:04X}h")
-        # Ramps that bring it there soon, whatever the defaults are; some cannot be written.
-        for index, value in ((0x6081, 10_000), (0x6083, 100_000), (0x6084, 100_000)):
-            with contextlib.suppress(KeyError, canopen.SdoAbortedError):
-                node.sdo[index].raw = value
-        start = node.sdo[0x6064].raw
-        for target in (start + 1000, start):
-            node.sdo[0x607A].raw = target
-            word(0x1F)
-            wait(lambda: status() & ACKNOWLEDGED, "set-point acknowledged")
-            word(0x0F)
-            wait(lambda: status() & (ACKNOWLEDGED | REACHED) == REACHED, "target reached")
-            position = node.sdo[0x6064].raw
-            if abs(position - target) > 100:
-                raise AssertionError(f"at {position} instead of {target}")
-        word(0)
+        behind = axes(node.object_dictionary)
+        for axis in behind:
+            move_axis(node, axis)
+        return behind
     finally:
         network.disconnect()
+
+
+def move_axis(node, behind):
+    at = lambda index: node.sdo[index + behind]  # noqa: E731
+    word = lambda value: setattr(at(0x6040), "raw", value)  # noqa: E731
+    status = lambda: at(0x6041).raw  # noqa: E731
+    at(0x6060).raw = 1
+    for value, state in ((0x06, 0x21), (0x07, 0x23), (0x0F, 0x27)):
+        word(value)
+        wait(lambda: status() & 0x6F == state, f"{0x6040 + behind:04X}h = {value:04X}h")
+    # Ramps that bring it there soon, whatever the defaults are; some cannot be written.
+    for index, value in ((0x6081, 10_000), (0x6083, 100_000), (0x6084, 100_000)):
+        with contextlib.suppress(KeyError, canopen.SdoAbortedError):
+            at(index).raw = value
+    start = at(0x6064).raw
+    for target in (start + 1000, start):
+        at(0x607A).raw = target
+        word(0x1F)
+        wait(lambda: status() & ACKNOWLEDGED, "set-point acknowledged")
+        word(0x0F)
+        wait(lambda: status() & (ACKNOWLEDGED | REACHED) == REACHED, "target reached")
+        position = at(0x6064).raw
+        if abs(position - target) > 100:
+            raise AssertionError(f"at {position} instead of {target}")
+    word(0)
 
 
 def play(program, sheet):
@@ -86,7 +100,7 @@ def play(program, sheet):
         ready = process.stdout.readline().strip()
         if not ready.startswith("ready link="):
             raise RuntimeError("the emulator did not start")
-        move(ready.split(" ")[1].removeprefix("link="), sheet)
+        return len(move(ready.split(" ")[1].removeprefix("link="), sheet))
     finally:
         process.terminate()
         process.wait(10)
@@ -100,8 +114,8 @@ def main():
     failed = 0
     for sheet in files:
         try:
-            play(program, sheet)
-            print(f"ok {sheet.name} has moved there and back")
+            axes = play(program, sheet)
+            print(f"ok {sheet.name} has moved there and back" + (f", {axes} axes" if axes > 1 else ""))
         except Exception as error:  # noqa: BLE001 - each file is told
             failed += 1
             print(f"FAIL {sheet.name}: {error!r}")

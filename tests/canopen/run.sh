@@ -50,7 +50,7 @@ fi
 # Nodes of others: what the judge finds in them.
 "$venv/bin/python" "$here/judged.py" "$profidrive"
 # A folder with files of manufacturers, which are not here, is tried file by file.
-"$venv/bin/python" "$here/file_drive.py" "$profidrive" "$root/tests/eds/asda-a2.eds" ${PROFIDRIVE_EDS_FOLDER:+"$PROFIDRIVE_EDS_FOLDER"}
+"$venv/bin/python" "$here/file_drive.py" "$profidrive" "$root"/tests/eds/{asda-a2,two-axes}.eds ${PROFIDRIVE_EDS_FOLDER:+"$PROFIDRIVE_EDS_FOLDER"}
 if command -v npm >/dev/null; then
     peers=${CANOPEN_NPM:-$target/canopen-npm}
     mkdir -p "$peers"

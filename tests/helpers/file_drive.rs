@@ -87,9 +87,48 @@ fn record(index: u16, entries: &[(u16, &str)]) -> String {
     text
 }
 
-pub(crate) struct Drive(pub(crate) Rig);
+/// What an axis of a drive has: its objects are 800h, its PDOs 40h behind those of the axis before.
+fn text(axis: u16, left_out: &[u16]) -> String {
+    let at = |index: u16| index + axis * if index < 0x6000 { 0x40 } else { 0x800 };
+    let default = |of: &str| match (of.strip_prefix("$NODEID+0x"), of.strip_prefix("0x60")) {
+        (Some(base), _) => {
+            let base = u32::from_str_radix(base, 16).unwrap();
+            // There are identifiers for four axes; the PDOs of the others are off.
+            let off = if axis < 4 { 0 } else { 1 << 31 };
+            format!("$NODEID+{:#X}", base + u32::from(axis % 4) * 0x100 + off)
+        }
+        (None, Some(rest)) => format!("{:#X}{rest}", (0x6000 + axis * 0x800) >> 8),
+        (None, None) => of.to_owned(),
+    };
+    let is_there =
+        |index: &u16| !left_out.contains(index) && (axis == 0 || !(0x1000..0x1400).contains(index));
+    let vars = OBJECTS.iter().filter(|row| is_there(&row.0));
+    let vars = vars.map(|(index, data, access, more)| var(at(*index), *data, access, more));
+    let records = RECORDS.iter().filter(|row| is_there(&row.0));
+    let records = records.map(|(index, entries)| {
+        let entries: Vec<_> = entries.iter().map(|(data, of)| (*data, default(of))).collect();
+        let entries: Vec<_> = entries.iter().map(|(data, of)| (*data, &**of)).collect();
+        record(at(*index), &entries)
+    });
+    vars.chain(records).collect()
+}
+
+/// A drive, and the axis of it that is commanded, 0 the first.
+pub(crate) struct Drive(pub(crate) Rig, pub(crate) u16);
 
 impl Drive {
+    /// With so many axes.
+    pub(crate) fn with_axes(count: u16) -> Self {
+        let mut rig = Rig::text(&(0..count).map(|axis| text(axis, &[])).collect::<String>());
+        rig.start();
+        Self(rig, 0)
+    }
+
+    /// Where the axis has an object of the first.
+    const fn at(&self, index: u16) -> u16 {
+        if index < 0x6000 { index } else { index + self.1 * 0x800 }
+    }
+
     pub(crate) fn new() -> Self {
         Self::without(&[])
     }
@@ -104,34 +143,30 @@ impl Drive {
     }
 
     fn of(left_out: &[u16], objects: &[(u16, u16, &str, &str)], added: &[(u16, &[(u16, &str)])]) -> Self {
-        let is_there = |index: &u16| !left_out.contains(index);
-        let vars = OBJECTS.iter().filter(|row| is_there(&row.0));
-        let vars = vars.map(|(index, data, access, more)| var(*index, *data, access, more));
-        let records = RECORDS.iter().filter(|row| is_there(&row.0));
         let more = objects.iter().map(|(index, data, access, more)| var(*index, *data, access, more));
         let more = more.chain(added.iter().map(|(index, entries)| record(*index, entries)));
-        let text: String =
-            vars.chain(records.map(|(index, entries)| record(*index, entries))).chain(more).collect();
+        let text = more.fold(text(0, left_out), |text, more| text + &more);
         let mut rig = Rig::text(&text);
         rig.start();
-        Self(rig)
+        Self(rig, 0)
     }
 
     pub(crate) fn word(&mut self, word: u16) {
-        self.0.write(0x6040, 0, &word.to_le_bytes()).unwrap();
+        self.0.write(self.at(0x6040), 0, &word.to_le_bytes()).unwrap();
     }
 
     pub(crate) fn put(&mut self, index: u16, sub: u8, value: i32) {
+        let index = self.at(index);
         let len = self.0.read(index, sub).unwrap().len();
         self.0.write(index, sub, &value.to_le_bytes()[..len]).unwrap();
     }
 
     pub(crate) fn mode(&mut self, mode: i8) {
-        self.0.write(0x6060, 0, &[mode.cast_unsigned()]).unwrap();
+        self.0.write(self.at(0x6060), 0, &[mode.cast_unsigned()]).unwrap();
     }
 
     pub(crate) fn status(&mut self) -> u32 {
-        self.0.number(0x6041, 0)
+        self.0.number(self.at(0x6041), 0)
     }
 
     pub(crate) fn state(&mut self) -> u32 {
@@ -142,7 +177,7 @@ impl Drive {
     }
 
     pub(crate) fn signed(&mut self, index: u16) -> i32 {
-        match self.0.read(index, 0).unwrap()[..] {
+        match self.0.read(self.at(index), 0).unwrap()[..] {
             [a] => i32::from(a.cast_signed()),
             [a, b] => i16::from_le_bytes([a, b]).into(),
             [a, b, c, d] => i32::from_le_bytes([a, b, c, d]),

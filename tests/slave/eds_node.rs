@@ -375,8 +375,16 @@ fn answers_as_its_file(name: &str, dictionary: &'static Dictionary) {
 
 #[test]
 fn eds_04_eds_05_every_object_answers_as_its_file_says() {
-    let ours =
-        ["ag03-1.eds", "ap10.eds", "asda-a2.eds", "pump.eds", "servo.dcf", "terminal.eds", "encoder.eds"];
+    let ours = [
+        "ag03-1.eds",
+        "ap10.eds",
+        "asda-a2.eds",
+        "pump.eds",
+        "servo.dcf",
+        "two-axes.eds",
+        "terminal.eds",
+        "encoder.eds",
+    ];
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/eds");
     let mut files: Vec<_> = ours.map(|name| folder.join(name)).into();
     if let Some(folder) = std::env::var_os("PROFIDRIVE_EDS_FOLDER") {

@@ -73,6 +73,8 @@ mod drive_faults;
 mod drive_log;
 mod drive_states;
 #[cfg(feature = "std")]
+mod eds_axes;
+#[cfg(feature = "std")]
 mod eds_drive;
 #[cfg(feature = "std")]
 mod eds_encoder;

@@ -74,13 +74,16 @@ impl Object {
 
     /// The entry with that sub-index.
     pub fn entry(&self, sub: Sub) -> Option<&'static Entry> {
+        self.entries.get(self.place(sub)?)
+    }
+
+    /// The place of the entry with that sub-index.
+    pub(crate) fn place(&self, sub: Sub) -> Option<usize> {
         // Most objects have their entries without gaps.
-        match self.entries.get(usize::from(sub.0)) {
-            Some(entry) if entry.sub == sub => Some(entry),
-            Some(_) | None => {
-                let place = self.entries.binary_search_by_key(&sub, |entry| entry.sub).ok()?;
-                self.entries.get(place)
-            }
+        let likely = usize::from(sub.0);
+        match self.entries.get(likely) {
+            Some(entry) if entry.sub == sub => Some(likely),
+            Some(_) | None => self.entries.binary_search_by_key(&sub, |entry| entry.sub).ok(),
         }
     }
 }

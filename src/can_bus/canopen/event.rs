@@ -180,8 +180,8 @@ impl fmt::Display for NoEffect {
             }
             Self::RpdoEmpty { pdo } => write!(
                 f,
-                "RPDO{pdo} ignored: no object is mapped to it; write its mapping (160{}h) before NMT 01h (start)",
-                pdo.place()
+                "RPDO{pdo} ignored: no object is mapped to it; write its mapping ({}) before NMT 01h (start)",
+                pdo.object(0x1600)
             ),
             Self::RpdoOff { pdo } => write!(
                 f,
@@ -207,8 +207,8 @@ impl fmt::Display for NoEffect {
             Self::RpdoWaits { pdo } => write!(
                 f,
                 "RPDO{pdo} waits for SYNC (1005h), and none comes; send SYNC, or set the transmission type of the PDO to 255 \
-                 (140{}h:02)",
-                pdo.place()
+                 ({}:02)",
+                pdo.object(0x1400)
             ),
         }
     }

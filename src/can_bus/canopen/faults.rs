@@ -135,7 +135,7 @@ struct Rule {
     kind: Kind,
     chance: Chance,
     /// The first data of each TPDO that had this fault.
-    stale: [Option<Frame>; MAX_PDOS],
+    stale: Vec<Frame, MAX_PDOS>,
     /// When the next EMCY of [`Kind::EmcyEach`] is due.
     next_emcy: Option<Instant>,
 }
@@ -169,7 +169,7 @@ impl FaultInjector {
     /// [`TooMany`].
     pub fn add(&mut self, now: Instant, number: u32, kind: Kind, when: When) -> Result<(), TooMany> {
         let next_emcy = matches!(kind, Kind::EmcyEach(_)).then_some(now.saturating_add(when.from));
-        let rule = Rule { number, kind, chance: Chance::new(when, now), stale: [None; MAX_PDOS], next_emcy };
+        let rule = Rule { number, kind, chance: Chance::new(when, now), stale: Vec::new(), next_emcy };
         self.rules.push(rule).map_err(|_| TooMany)
     }
 
@@ -215,13 +215,12 @@ impl FaultInjector {
                 }
             }
             Some((Kind::Tpdo(TpdoFault::Stale), stale)) => {
-                let first = match service {
-                    Some(Service::Tpdo(pdo)) => {
-                        stale.get_mut(pdo.place()).map(|first| *first.get_or_insert(frame))
-                    }
-                    Some(_) | None => None,
-                };
-                self.pass(service, first.unwrap_or(frame));
+                let first =
+                    stale.iter().find(|first| first.id() == frame.id()).copied().unwrap_or_else(|| {
+                        let _ = stale.push(frame);
+                        frame
+                    });
+                self.pass(service, first);
             }
             Some((Kind::Tpdo(TpdoFault::Swapped), _)) => match self.held {
                 None => self.held = Some(frame),

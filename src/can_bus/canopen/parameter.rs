@@ -10,12 +10,12 @@
 //! | 1016h, 1017h | heartbeat: consumers, producer |
 //! | 1019h | SYNC counter |
 //! | 1029h | error behaviour |
-//! | 1400h, 1600h | RPDOs 1 to 8: communication, mapping |
-//! | 1800h, 1A00h | TPDOs 1 to 8: communication, mapping |
+//! | 1400h, 1600h | RPDOs: communication, mapping |
+//! | 1800h, 1A00h | TPDOs: communication, mapping |
 
 use super::address::{Address, NodeId};
 use super::dictionary::{Home, Object};
-use super::pdo::{MAX_MAPPED, MAX_PDOS, PdoNumber};
+use super::pdo::{MAX_MAPPED, MAX_PDOS, PdoNumber, PerPdo};
 
 /// The most nodes under heartbeat supervision.
 pub(crate) const MAX_CONSUMERS: usize = 8;
@@ -103,19 +103,19 @@ impl Parameter {
             (0x1017, 0) => Self::Heartbeat,
             (0x1019, 0) => Self::SyncCounter,
             (0x1029, 1) => Self::ErrorBehaviour,
-            (0x1400..=0x1407, 1..=6) => match (pdo_number(index), communication(sub)) {
+            (0x1400..=0x15FF, 1..=6) => match (pdo_number(index), communication(sub)) {
                 (Some(pdo), Some(field)) => Self::Rpdo(pdo, field),
                 (None, _) | (_, None) => return None,
             },
-            (0x1800..=0x1807, 1..=6) => match (pdo_number(index), communication(sub)) {
+            (0x1800..=0x19FF, 1..=6) => match (pdo_number(index), communication(sub)) {
                 (Some(pdo), Some(field)) => Self::Tpdo(pdo, field),
                 (None, _) | (_, None) => return None,
             },
-            (0x1600..=0x1607, 0..=8) => match pdo_number(index) {
+            (0x1600..=0x17FF, 0..=8) => match pdo_number(index) {
                 Some(pdo) => Self::Rpdo(pdo, mapping(sub)),
                 None => return None,
             },
-            (0x1A00..=0x1A07, 0..=8) => match pdo_number(index) {
+            (0x1A00..=0x1BFF, 0..=8) => match pdo_number(index) {
                 Some(pdo) => Self::Tpdo(pdo, mapping(sub)),
                 None => return None,
             },
@@ -125,8 +125,7 @@ impl Parameter {
 }
 
 const fn pdo_number(index: u16) -> Option<PdoNumber> {
-    let [number, _] = (index & 0xFF).to_le_bytes();
-    PdoNumber::new(number + 1)
+    PdoNumber::new((index & 0x1FF) + 1)
 }
 
 const fn communication(sub: u8) -> Option<PdoField> {
@@ -162,13 +161,18 @@ pub(super) struct Communication {
     pub(super) consumers: [u32; MAX_CONSUMERS],
     pub(super) heartbeat: u16,
     pub(super) error_behaviour: u8,
-    pub(super) rpdos: [PdoParameters; MAX_PDOS],
-    pub(super) tpdos: [PdoParameters; MAX_PDOS],
+    pub(super) rpdos: PdoTable,
+    pub(super) tpdos: PdoTable,
 }
+
+/// The PDOs of one direction, by ascending number.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct PdoTable(PerPdo<PdoParameters>);
 
 /// The values of one PDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct PdoParameters {
+    pub(super) number: PdoNumber,
     pub(super) cob_id: u32,
     pub(super) kind: u8,
     pub(super) inhibit: u16,
@@ -181,6 +185,7 @@ pub(super) struct PdoParameters {
 
 /// A PDO that the dictionary lacks.
 const ABSENT: PdoParameters = PdoParameters {
+    number: PdoNumber::P1,
     cob_id: super::cob_id::CobId::INVALID,
     kind: 255,
     inhibit: 0,
@@ -205,8 +210,8 @@ impl Communication {
         consumers: [0; MAX_CONSUMERS],
         heartbeat: 0,
         error_behaviour: 0,
-        rpdos: [ABSENT; MAX_PDOS],
-        tpdos: [ABSENT; MAX_PDOS],
+        rpdos: PdoTable(PerPdo::new()),
+        tpdos: PdoTable(PerPdo::new()),
     };
 
     /// The defaults of the dictionary at node `node`.
@@ -232,8 +237,8 @@ impl Communication {
             Parameter::Consumer(place) => self.consumers.get(usize::from(place)).copied().unwrap_or_default(),
             Parameter::Heartbeat => self.heartbeat.into(),
             Parameter::ErrorBehaviour => self.error_behaviour.into(),
-            Parameter::Rpdo(pdo, field) => self.rpdo(pdo).value(field),
-            Parameter::Tpdo(pdo, field) => self.tpdo(pdo).value(field),
+            Parameter::Rpdo(pdo, field) => self.rpdos.of(pdo).value(field),
+            Parameter::Tpdo(pdo, field) => self.tpdos.of(pdo).value(field),
             Parameter::ErrorRegister
             | Parameter::HistoryCount
             | Parameter::History(_)
@@ -261,16 +266,8 @@ impl Communication {
             }
             Parameter::Heartbeat => self.heartbeat = value as u16,
             Parameter::ErrorBehaviour => self.error_behaviour = value as u8,
-            Parameter::Rpdo(pdo, field) => {
-                if let Some(values) = self.rpdos.get_mut(pdo.place()) {
-                    values.set(field, value);
-                }
-            }
-            Parameter::Tpdo(pdo, field) => {
-                if let Some(values) = self.tpdos.get_mut(pdo.place()) {
-                    values.set(field, value);
-                }
-            }
+            Parameter::Rpdo(pdo, field) => self.rpdos.set(pdo, field, value),
+            Parameter::Tpdo(pdo, field) => self.tpdos.set(pdo, field, value),
             Parameter::ErrorRegister
             | Parameter::HistoryCount
             | Parameter::History(_)
@@ -278,13 +275,53 @@ impl Communication {
             | Parameter::LoadDefaults(_) => {}
         }
     }
+}
 
-    pub(super) fn rpdo(&self, pdo: PdoNumber) -> &PdoParameters {
-        self.rpdos.get(pdo.place()).unwrap_or(&ABSENT)
+impl PdoTable {
+    /// How many there are.
+    pub(super) fn len(&self) -> usize {
+        self.0.len()
     }
 
-    pub(super) fn tpdo(&self, pdo: PdoNumber) -> &PdoParameters {
-        self.tpdos.get(pdo.place()).unwrap_or(&ABSENT)
+    /// The place of a PDO.
+    pub(super) fn place(&self, pdo: PdoNumber) -> Option<usize> {
+        self.search(pdo).ok()
+    }
+
+    /// Where a PDO is, or belongs. Most devices have them without gaps.
+    fn search(&self, pdo: PdoNumber) -> Result<usize, usize> {
+        let likely = usize::from(pdo.number()) - 1;
+        match self.0.get(likely) {
+            Some(values) if values.number == pdo => Ok(likely),
+            Some(_) | None => self.0.binary_search_by_key(&pdo, |values| values.number),
+        }
+    }
+
+    /// The values at a place.
+    pub(super) fn at(&self, place: usize) -> &PdoParameters {
+        self.0.get(place).unwrap_or(&ABSENT)
+    }
+
+    pub(super) fn of(&self, pdo: PdoNumber) -> &PdoParameters {
+        self.place(pdo).map_or(&ABSENT, |place| self.at(place))
+    }
+
+    /// What has no room does nothing.
+    fn set(&mut self, pdo: PdoNumber, field: PdoField, value: u32) {
+        let place = match self.search(pdo) {
+            Ok(place) => place,
+            Err(_) if self.0.len() == MAX_PDOS => return,
+            Err(place) => {
+                self.0.extend([PdoParameters { number: pdo, ..ABSENT }]);
+                if let Some(behind) = self.0.get_mut(place..) {
+                    behind.rotate_right(1);
+                }
+                place
+            }
+        };
+        if let Some(values) = self.0.get_mut(place) {
+            values.set(field, value);
+        }
     }
 }
 

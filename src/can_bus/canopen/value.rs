@@ -212,32 +212,32 @@ impl<'a> Value<'a> {
     /// A whole number of type `data`, cut to its width; `None` for types that are no whole numbers.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "cut to its width, as said")]
     pub(crate) const fn whole(data: DataType, number: i64) -> Option<Self> {
-        Some(match (data.kind(), data.octets()) {
-            (ValueKind::Boolean, _) => Self::Boolean(number & 1 == 1),
-            (ValueKind::Signed, Some(1)) => Self::I8(number as i8),
-            (ValueKind::Signed, Some(2)) => Self::I16(number as i16),
-            (ValueKind::Signed, Some(4)) => Self::I32(number as i32),
-            (ValueKind::Signed, Some(8)) => Self::I64(number),
-            (ValueKind::Signed, Some(octets)) => {
-                let unused = 64 - 8 * octets as u32;
-                Self::Wide { number: number << unused >> unused, octets: octets as u8 }
-            }
-            (ValueKind::Unsigned, Some(1)) => Self::U8(number as u8),
-            (ValueKind::Unsigned, Some(2)) => Self::U16(number as u16),
-            (ValueKind::Unsigned, Some(4)) => Self::U32(number as u32),
-            (ValueKind::Unsigned, Some(8)) => Self::U64(number as u64),
-            (ValueKind::Unsigned, Some(octets)) => {
-                let unused = 64 - 8 * octets as u32;
-                Self::Wide { number: ((number as u64) << unused >> unused) as i64, octets: octets as u8 }
-            }
-            (
-                ValueKind::Signed
-                | ValueKind::Unsigned
-                | ValueKind::Real
-                | ValueKind::Text
-                | ValueKind::Octets,
-                _,
-            ) => return None,
+        Some(match data {
+            DataType::Boolean => Self::Boolean(number & 1 == 1),
+            DataType::I8 => Self::I8(number as i8),
+            DataType::I16 => Self::I16(number as i16),
+            DataType::I32 => Self::I32(number as i32),
+            DataType::I64 => Self::I64(number),
+            DataType::U8 => Self::U8(number as u8),
+            DataType::U16 => Self::U16(number as u16),
+            DataType::U32 => Self::U32(number as u32),
+            DataType::U64 => Self::U64(number as u64),
+            DataType::I24 => Self::Wide { number: number << 40 >> 40, octets: 3 },
+            DataType::I40 => Self::Wide { number: number << 24 >> 24, octets: 5 },
+            DataType::I48 => Self::Wide { number: number << 16 >> 16, octets: 6 },
+            DataType::I56 => Self::Wide { number: number << 8 >> 8, octets: 7 },
+            DataType::U24 => Self::Wide { number: number & 0xFF_FFFF, octets: 3 },
+            DataType::U40 => Self::Wide { number: number & 0xFF_FFFF_FFFF, octets: 5 },
+            DataType::U48 => Self::Wide { number: number & 0xFFFF_FFFF_FFFF, octets: 6 },
+            DataType::U56 => Self::Wide { number: number & 0xFF_FFFF_FFFF_FFFF, octets: 7 },
+            DataType::Real32
+            | DataType::Real64
+            | DataType::VisibleString
+            | DataType::OctetString
+            | DataType::UnicodeString
+            | DataType::TimeOfDay
+            | DataType::TimeDifference
+            | DataType::Domain => return None,
         })
     }
 

@@ -13,7 +13,9 @@
 //! | [`state`] | states, commands, the table of transitions |
 //! | [`option`] | what 605Ah to 605Eh choose |
 //! | [`mode`] | modes of operation, 6060h |
+//! | `axis` | objects of further axes |
 
+pub(crate) mod axis;
 pub mod mode;
 pub mod option;
 pub mod state;

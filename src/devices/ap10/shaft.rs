@@ -46,9 +46,9 @@ impl Turns {
 
     /// Steps of the sensor, to the nearest, in its counting range.
     fn steps(self) -> i64 {
-        let steps = i128::from(self.0) * i128::from(RESOLUTION) + i128::from(MICRO / 2);
-        let steps = i64::try_from(steps.div_euclid(i128::from(MICRO))).unwrap_or(0);
-        wrap(steps)
+        let (turns, rest) = (self.0.div_euclid(MICRO), self.0.rem_euclid(MICRO));
+        let resolution = i64::from(RESOLUTION);
+        wrap(turns * resolution + (rest * resolution + MICRO / 2) / MICRO)
     }
 }
 

@@ -55,8 +55,8 @@ impl Application for FromEds {
             Source::Sdo | Source::Rpdo(_) => self.memory.set(place, row, octets),
         })?;
         match (row.role, source) {
-            (Role::Value | Role::Actual(_), _) | (_, Source::Image) => {}
-            (Role::Setting(_), _) => self.drive_written(now, row, value, source),
+            (Role::Value | Role::Actual(..), _) | (_, Source::Image) => {}
+            (Role::Setting(..), _) => self.drive_written(now, row, value, source),
             (Role::Io(point), _) => self.io_written(point, value),
             (Role::Encoder(part), _) => self.encoder_written(part, value),
         }
@@ -124,7 +124,7 @@ impl Application for FromEds {
     fn poll_timeout(&self) -> Option<Instant> {
         match &self.behaviour {
             Behaviour::Memory => None,
-            Behaviour::Drive(driven) => driven.drive.poll_timeout(),
+            Behaviour::Drive(driven) => driven.poll_timeout(),
             Behaviour::Io(io) => io.due(),
             Behaviour::Encoder(encoder) => encoder.due(),
         }

@@ -4,6 +4,8 @@
 use core::fmt;
 
 use super::dictionary::{Dictionary, Role, Row};
+use super::drive::Axis;
+use super::names::{self, FaultName, OfAxis};
 use super::{Behaviour, FromEds};
 use crate::can_bus::canopen::value::{DataType, ValueKind};
 use crate::can_bus::canopen::{Address, Value};
@@ -45,7 +47,7 @@ impl FromEds {
         match row.role {
             Role::Io(point) => self.io_input(now, place, point, number),
             Role::Encoder(_) => self.turn_shaft(now, number),
-            Role::Value | Role::Setting(_) | Role::Actual(_) => {}
+            Role::Value | Role::Setting(..) | Role::Actual(..) => {}
         }
     }
 
@@ -60,7 +62,12 @@ impl FromEds {
     }
 
     fn drive(&self) -> Option<&Drive> {
-        Some(&self.driven()?.drive)
+        Some(&self.driven()?.axes.first()?.drive)
+    }
+
+    /// Those of a drive.
+    fn axes(&self) -> &[Axis] {
+        self.driven().map_or(&[], |driven| &driven.axes)
     }
 }
 
@@ -72,37 +79,44 @@ fn inputs(dictionary: &'static Dictionary) -> impl Iterator<Item = (usize, &'sta
 
 impl Surroundings for FromEds {
     fn each_fault(&self, tell: &mut dyn FnMut(Provocable<'_>)) {
-        let Some(drive) = self.drive() else { return };
-        for fault in Fault::all() {
-            let present = drive.fault() == Some(fault);
-            tell(Provocable {
-                name: &format_args!("{:04X}", fault.0),
-                text: &fault.text(),
-                present,
-                provoked: present,
-            });
+        for axis in self.axes() {
+            for fault in Fault::all() {
+                let present = axis.drive.fault() == Some(fault);
+                tell(Provocable {
+                    name: &FaultName(axis.number(), fault),
+                    text: &OfAxis(axis.number(), fault.text()),
+                    present,
+                    provoked: present,
+                });
+            }
         }
     }
 
     fn provoke(&mut self, now: Instant, fault: &str) -> Result<(), Declined> {
         let driven = self.driven_mut().ok_or(Declined::Unknown)?;
+        let (axis, fault) = names::of_first(fault);
         let fault = Fault::named(fault).ok_or(Declined::Unknown)?;
+        driven.axis(axis).ok_or(Declined::Unknown)?;
         if driven.nmt.is_none() {
             return Err(Declined::SwitchedOff);
         }
         driven.advance(now);
-        driven.drive.raise(fault);
+        if let Some(axis) = driven.axis_mut(axis) {
+            axis.drive.raise(fault);
+        }
         Ok(())
     }
 
     fn take_back(&mut self, _: Instant, fault: &str) -> Result<(), Declined> {
         // Only its reset ends a fault whose cause was a moment.
-        self.drive().and_then(|_| Fault::named(fault)).map(|_| ()).ok_or(Declined::Unknown)
+        let (axis, fault) = names::of_first(fault);
+        let known = self.driven().and_then(|driven| driven.axis(axis)).and_then(|_| Fault::named(fault));
+        known.map(|_| ()).ok_or(Declined::Unknown)
     }
 
     fn each_input(&self, tell: &mut dyn FnMut(&Input, Level)) {
-        if let Some(drive) = self.drive() {
-            drive.each_input(tell);
+        for (axis, names) in self.axes().iter().zip(&self.dictionary.axes) {
+            axis.drive.each_input(&mut |input, level| tell(&names.input(input), level));
         }
         for (place, row, input) in inputs(self.dictionary) {
             let number = self.outside(place, row).unwrap_or_default();
@@ -112,7 +126,9 @@ impl Surroundings for FromEds {
     }
 
     fn set_input(&mut self, now: Instant, name: &str, level: Level) {
-        if self.driven_mut().is_some_and(|driven| driven.drive.set_input(name, level)) {
+        let (axis, of_axis) = names::of_first(name);
+        let axis = self.driven_mut().and_then(|driven| driven.axis_mut(axis));
+        if axis.is_some_and(|axis| axis.drive.set_input(of_axis, level)) {
             return;
         }
         let Some((place, row, _)) = inputs(self.dictionary).find(|(_, _, input)| input.name == name) else {
@@ -127,7 +143,9 @@ impl Surroundings for FromEds {
     }
 
     fn nominal(&self, name: &str) -> Option<Level> {
-        if let Some(level) = self.drive().and_then(|_| Drive::nominal(name)) {
+        let (axis, of_axis) = names::of_first(name);
+        let axis = self.driven().and_then(|driven| driven.axis(axis));
+        if let Some(level) = axis.and_then(|_| Drive::nominal(of_axis)) {
             return Some(level);
         }
         let (_, row, _) = inputs(self.dictionary).find(|(_, _, input)| input.name == name)?;
@@ -139,7 +157,7 @@ impl Surroundings for FromEds {
 
     fn make_nominal(&mut self, now: Instant) {
         if let Some(driven) = self.driven_mut() {
-            driven.drive.make_nominal();
+            driven.axes.iter_mut().for_each(|axis| axis.drive.make_nominal());
         }
         self.make_inputs_nominal(now);
     }
@@ -154,7 +172,9 @@ impl Surroundings for FromEds {
 
     fn drive_state(&self) -> Option<DriveState> {
         let driven = self.driven()?;
-        Some(driven.nmt.map_or(DriveState::Off, |_| driven.drive.state().into()))
+        // The axis in a fault, or the first.
+        let axis = driven.axes.iter().find(|axis| axis.drive.fault().is_some()).or(driven.axes.first())?;
+        Some(driven.nmt.map_or(DriveState::Off, |_| axis.drive.state().into()))
     }
 
     fn why(&self) -> Option<&dyn Why> {
@@ -173,24 +193,37 @@ impl Surroundings for FromEds {
 
 impl Description for FromEds {
     fn poll_news(&mut self) -> Option<AnyDeviceEvent> {
-        self.driven_mut()?.drive.poll_news().map(AnyDeviceEvent::new)
+        self.driven_mut()?.axes.iter_mut().find_map(|axis| {
+            let news = axis.drive.poll_news()?;
+            Some(match axis.number() {
+                0 => AnyDeviceEvent::new(news),
+                further => AnyDeviceEvent::new(OfAxis(further, news)),
+            })
+        })
     }
 
     fn say_state(&self, say: &mut dyn FnMut(&dyn fmt::Display)) {
-        if let Some(drive) = self.drive() {
-            say(&drive.state());
+        match self.axes() {
+            [] => {}
+            [only] => say(&only.drive.state()),
+            several => {
+                let states =
+                    several.iter().map(|axis| format!("axis {}: {}", axis.number() + 1, axis.drive.state()));
+                say(&states.collect::<Vec<_>>().join(", "));
+            }
         }
     }
 
     fn tell_fault(&self, tell: &mut dyn FnMut(&dyn fmt::Display, &dyn fmt::Display)) {
-        if let Some(fault) = self.drive().and_then(Drive::fault) {
-            tell(&format_args!("{:04X}", fault.0), &fault.text());
+        let fault = |axis: &Axis| Some((axis.number(), axis.drive.fault()?));
+        if let Some((axis, fault)) = self.axes().iter().find_map(fault) {
+            tell(&format_args!("{:04X}", fault.0), &OfAxis(axis, fault.text()));
         }
     }
 
     fn each_value(&self, tell: &mut dyn FnMut(description::Value<'_>)) {
-        if let Some(drive) = self.drive() {
-            each_motion(drive, tell);
+        for (axis, names) in self.axes().iter().zip(&self.dictionary.axes) {
+            axis.each_motion(&mut |value| tell(names.value(value)));
         }
         for (place, row) in self.dictionary.rows.iter().enumerate() {
             let Some(key) = row.key else { continue };
@@ -202,18 +235,24 @@ impl Description for FromEds {
     }
 }
 
-/// Where the shaft is, how fast and how strong, whatever objects the file has for it.
-fn each_motion(drive: &Drive, tell: &mut dyn FnMut(description::Value<'_>)) {
-    let value = |key, name, amount| {
-        description::Value::new(key, name, Group::Motion, Amount::Number(amount)).curve(Curve::Own)
-    };
-    let units = |actual| drive.actual(actual) as f64;
-    tell(value("position", "Position", units(Actual::Position)).headline());
-    tell(value("speed", "Speed", drive.motor_rpm()).unit("rpm").digits(1).headline());
-    tell(value("torque", "Torque", drive.torque_percent()).unit("%").digits(1));
-    let target = value("target", "Position demanded", units(Actual::PositionDemand));
-    tell(target.curve(Curve::SetpointOf("position")));
-    tell(value("following_error", "Following error", units(Actual::FollowingError)).curve(Curve::None));
+impl Axis {
+    /// Where the shaft is, how fast and how strong, whatever objects the file has for it. A list of devices shows the first axis.
+    pub(super) fn each_motion(&self, tell: &mut dyn FnMut(description::Value<'_>)) {
+        let (drive, headline) = (&self.drive, self.number() == 0);
+        let value = |key, name, amount| {
+            description::Value::new(key, name, Group::Motion, Amount::Number(amount)).curve(Curve::Own)
+        };
+        let units = |actual| drive.actual(actual) as f64;
+        let position = value("position", "Position", units(Actual::Position));
+        tell(description::Value { headline, ..position });
+        let speed = value("speed", "Speed", drive.motor_rpm()).unit("rpm").digits(1);
+        tell(description::Value { headline, ..speed });
+        tell(value("torque", "Torque", drive.torque_percent()).unit("%").digits(1));
+        let target = value("target", "Position demanded", units(Actual::PositionDemand));
+        tell(target.curve(Curve::SetpointOf("position")));
+        let error = value("following_error", "Following error", units(Actual::FollowingError));
+        tell(error.curve(Curve::None));
+    }
 }
 
 #[expect(clippy::cast_precision_loss, reason = "for people")]

@@ -3,17 +3,20 @@
 //! A node reads tables that live as long as the program. Those of a file are made once and held until the program ends; who
 //! makes them limits how many.
 
-use super::drive;
+use super::drive::{self, Axis};
 use super::encoder::Part;
 use super::io::Point;
+use super::names::Names;
 use crate::can_bus::canopen::address::Sub;
 use crate::can_bus::canopen::dictionary::{
     self, Access, Default, Home, Limits, Mapping, Object, ObjectType, Writable,
 };
 use crate::can_bus::canopen::parameter::Parameter;
+use crate::can_bus::canopen::pdo::{self, MAX_PDOS, PdoNumber};
 use crate::can_bus::canopen::policy::{OutOfRange, Policy, SyncProducer};
 use crate::can_bus::canopen::value::{DataType, ValueKind};
 use crate::can_bus::canopen::{Abort, Address, NodeId, Value};
+use crate::can_bus::cia402::axis;
 use crate::devices::cia402_drive::{Actual, Setting};
 use crate::devices::vocabulary::{self, Vocabulary};
 use crate::eds::{self, Content, Eds, Limit, Profile, Rights};
@@ -48,6 +51,8 @@ pub struct Dictionary {
     pub(super) rows: Vec<Row>,
     /// The row of the first entry of each object.
     starts: Vec<usize>,
+    /// What the axes of a drive call their values and inputs.
+    pub(super) axes: Vec<Names>,
     /// Entries that are words of bits.
     pub(super) words: Vec<Address>,
     /// Whether application objects have a group of 1010h that manufacturer objects have no part in.
@@ -77,10 +82,10 @@ pub(super) struct Row {
 pub(super) enum Role {
     /// Nothing: a value.
     Value,
-    /// What the drive is told.
-    Setting(Setting),
-    /// What the drive tells.
-    Actual(Actual),
+    /// What the drive of an axis is told.
+    Setting(u8, Setting),
+    /// What it tells.
+    Actual(u8, Actual),
     /// Of inputs and outputs.
     Io(Point),
     /// Of an encoder.
@@ -88,9 +93,9 @@ pub(super) enum Role {
 }
 
 impl Role {
-    fn of(profile: Profile, eds: &Eds, at: Address, table: &dictionary::Entry) -> Self {
+    fn of((profile, axes): (Profile, u8), eds: &Eds, at: Address, table: &dictionary::Entry) -> Self {
         match profile {
-            Profile::Drive => drive::role(eds, at, table),
+            Profile::Drive => drive::role(eds, axes, at, table),
             Profile::InputsOutputs => Point::of(at, table).map_or(Self::Value, Self::Io),
             Profile::Encoder => Part::of(at, table).map_or(Self::Value, Self::Encoder),
             Profile::Other(_) | Profile::None => Self::Value,
@@ -101,7 +106,7 @@ impl Role {
     fn is_outside(self) -> bool {
         match self {
             Self::Value => true,
-            Self::Setting(_) | Self::Actual(_) => false,
+            Self::Setting(..) | Self::Actual(..) => false,
             Self::Io(point) => point.is_input(),
             Self::Encoder(part) => part.is_input(),
         }
@@ -128,10 +133,10 @@ impl Dictionary {
     }
 
     fn with_profile(mut eds: Eds, profile: Profile) -> &'static Self {
-        if profile == Profile::Drive {
-            drive::fill(&mut eds);
-        }
+        let axes = if profile == Profile::Drive { drive::axes(&eds) } else { 0 };
+        drive::fill(&mut eds, axes);
         let eds: &'static Eds = Box::leak(Box::new(eds));
+        let served = Served::of(eds);
         let has_store = eds.objects.contains_key(&STORE);
         let (mut objects, mut starts, mut rows) = (Vec::new(), Vec::new(), Vec::new());
         // The drive has its own.
@@ -142,7 +147,7 @@ impl Dictionary {
                 .entries
                 .iter()
                 .map(|(sub, entry)| {
-                    let (table, judged) = table_entry(object, *sub, entry, has_store);
+                    let (table, judged) = table_entry(object, *sub, entry, (has_store, &served));
                     let at = Address { index: object.index, sub: table.sub };
                     let home = if is_cyclic_timer(profile, eds, at) { CYCLIC_TIMER } else { table.home };
                     (dictionary::Entry { home, ..table }, judged)
@@ -157,7 +162,7 @@ impl Dictionary {
                     table.data.kind() != ValueKind::Text && table.data.kind() != ValueKind::Octets;
                 let is_own = object.index.0 >= FIRST_OWN && is_number;
                 let is_shown = is_own && file.mappable;
-                let role = Role::of(profile, eds, at, table);
+                let role = Role::of((profile, axes), eds, at, table);
                 let is_measured = is_own
                     && file.rights == Rights::ReadOnly
                     && role.is_outside()
@@ -188,7 +193,8 @@ impl Dictionary {
             eds.entry(*index, 0).is_some_and(|entry| entry.data == DataType::U16 && entry.mappable)
         };
         let is_drive = eds.profile() == Profile::Drive;
-        let words = [0x6040, 0x6041].iter().filter(|index| is_drive && is_word(index));
+        let words = (0..axes.max(1)).flat_map(|axis| [0x6040, 0x6041].map(|word| axis::index(axis, word)));
+        let words = words.filter(|index| is_drive && is_word(index));
         Box::leak(Box::new(Self {
             eds,
             objects,
@@ -197,7 +203,8 @@ impl Dictionary {
             product: product(eds),
             rows,
             starts,
-            words: words.map(|index| Address::new(*index, 0)).collect(),
+            words: words.map(|index| Address::new(index, 0)).collect(),
+            axes: (0..axes).map(|number| Names::of(&Axis::of(eds, number))).collect(),
             has_manufacturer_group: eds.entry(STORE, 4).is_some(),
         }))
     }
@@ -216,9 +223,7 @@ impl Dictionary {
     /// The place of an entry in the rows.
     pub(super) fn place(&self, at: Address) -> Option<usize> {
         let object = self.objects.binary_search_by_key(&at.index, |object| object.index).ok()?;
-        let entries = self.objects.get(object)?.entries;
-        let entry = entries.binary_search_by_key(&at.sub, |entry| entry.sub).ok()?;
-        Some(self.starts.get(object)? + entry)
+        Some(self.starts.get(object)? + self.objects.get(object)?.place(at.sub)?)
     }
 }
 
@@ -265,15 +270,55 @@ fn whole(value: Value<'_>) -> Option<i128> {
     if let Value::U64(number) = value { Some(number.into()) } else { value.number().map(i128::from) }
 }
 
+/// The PDOs of a file that the node has; the others are values only.
+struct Served {
+    received: Vec<u16>,
+    sent: Vec<u16>,
+}
+
+impl Served {
+    fn of(eds: &Eds) -> Self {
+        let from = |first: u16| {
+            let objects = eds.objects.range(first..first + pdo::OBJECTS);
+            objects.take(MAX_PDOS).map(|(index, _)| index - first + 1).collect()
+        };
+        Self { received: from(0x1400), sent: from(0x1800) }
+    }
+
+    fn has(&self, parameter: Parameter) -> bool {
+        let is_of = |all: &[u16], pdo: PdoNumber| all.binary_search(&pdo.number()).is_ok();
+        match parameter {
+            Parameter::Rpdo(pdo, _) => is_of(&self.received, pdo),
+            Parameter::Tpdo(pdo, _) => is_of(&self.sent, pdo),
+            Parameter::ErrorRegister
+            | Parameter::HistoryCount
+            | Parameter::History(_)
+            | Parameter::SyncId
+            | Parameter::SyncPeriod
+            | Parameter::SyncWindow
+            | Parameter::GuardTime
+            | Parameter::LifeTimeFactor
+            | Parameter::Store(_)
+            | Parameter::LoadDefaults(_)
+            | Parameter::EmcyId
+            | Parameter::EmcyInhibit
+            | Parameter::Consumer(_)
+            | Parameter::Heartbeat
+            | Parameter::SyncCounter
+            | Parameter::ErrorBehaviour => true,
+        }
+    }
+}
+
 /// The entry for the node, and whether its limits are left to the device.
 fn table_entry(
     object: &'static eds::Object,
     sub: u8,
     entry: &'static eds::Entry,
-    has_store: bool,
+    (has_store, served): (bool, &Served),
 ) -> (dictionary::Entry, bool) {
     let at = Address { index: object.index, sub: Sub(sub) };
-    let home = match Parameter::of(at) {
+    let home = match Parameter::of(at).filter(|parameter| served.has(*parameter)) {
         Some(_) if entry.data.kind().is_whole() && entry.data.octets().is_some_and(|len| len <= 4) => {
             Home::Node
         }

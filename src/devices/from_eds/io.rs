@@ -113,7 +113,7 @@ impl FromEds {
             let rows = self.dictionary.rows.iter().enumerate();
             rows.filter_map(|(place, row)| match row.role {
                 Role::Io(Point::Lines(block)) => Some((place, row, block)),
-                Role::Io(_) | Role::Value | Role::Setting(_) | Role::Actual(_) | Role::Encoder(_) => None,
+                Role::Io(_) | Role::Value | Role::Setting(..) | Role::Actual(..) | Role::Encoder(_) => None,
             })
         };
         io.lines.restart(|what| blocks().any(|(_, _, block)| block.what == what));

@@ -2,7 +2,8 @@
 
 use core::fmt;
 
-use super::drive::Driven;
+use super::drive::{Axis, Driven};
+use super::names::OfAxis;
 use crate::can_bus::cia402::{Controlword, Mode, State};
 use crate::devices::reasons;
 use crate::face::{Reason, Why};
@@ -20,14 +21,25 @@ const INTERPOLATION: Reason<'static> =
     Reason::new("IpDisabled", &"ip follows 60C1h with bit 4 of 6040h: send 6040h = 001Fh");
 
 impl Why for Driven {
+    /// Whether all axes move.
     fn is_moving(&self) -> Option<bool> {
-        Some(self.drive.is_moving())
+        Some(self.axes.iter().all(|axis| axis.drive.is_moving()))
     }
 
     fn each_reason(&self, tell: &mut dyn FnMut(Reason<'_>)) {
-        let drive = &self.drive;
         let Some(nmt) = self.nmt else { return tell(reasons::SWITCHED_OFF) };
         reasons::of_node(nmt, tell);
+        for axis in &self.axes {
+            axis.each_reason(&mut |Reason { name, text }| {
+                tell(Reason::new(name, &OfAxis(axis.number(), text)));
+            });
+        }
+    }
+}
+
+impl Axis {
+    fn each_reason(&self, tell: &mut dyn FnMut(Reason<'_>)) {
+        let drive = &self.drive;
         if let Some(fault) = drive.fault() {
             tell(Reason::new("Fault", &format_args!("fault {:04X}h: {}", fault.0, fault.text())));
         }

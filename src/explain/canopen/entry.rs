@@ -6,7 +6,7 @@ use crate::can_bus::canopen::dictionary::Place;
 use crate::can_bus::canopen::pdo::mapping::MappingWord;
 use crate::can_bus::canopen::value::ValueKind;
 use crate::can_bus::canopen::{Abort, Address, DataType, Entry, Value};
-use crate::can_bus::cia402::{Command, Controlword, State, Statusword};
+use crate::can_bus::cia402::{Command, Controlword, State, Statusword, axis};
 use crate::devices::ag03::param;
 use crate::explain::field::Bits;
 use crate::explain::{Field, hex, value};
@@ -35,7 +35,7 @@ pub(super) fn in_words(node: &Learned, at: Address, octets: &[u8]) -> String {
     let decoded = node.entry(at).ok().and_then(|entry| entry.data.decode(octets));
     let Some(decoded) = decoded else { return format!("{} (low octet first)", hex(octets)) };
     let Some(number) = decoded.number() else { return decoded.to_string() };
-    if let Some(names) = (words.bits)(at, node.mode()) {
+    if let Some(names) = (words.bits)(at, node.mode(at)) {
         return word_in_words(at, low_word(octets), &names, octets.len());
     }
     if let Some(meaning) = (words.choice)(at, number) {
@@ -63,7 +63,7 @@ pub(super) fn in_words(node: &Learned, at: Address, octets: &[u8]) -> String {
 pub(super) fn field(node: &Learned, at: Address, place: usize, octets: &[u8]) -> Field {
     let label = name(node, at).unwrap_or_else(|| "value".into());
     let field = Field::octets(label, place, octets, in_words(node, at, octets));
-    match ((node.words().bits)(at, node.mode()), octets) {
+    match ((node.words().bits)(at, node.mode(at)), octets) {
         (Some(names), [_, _]) => field.with(bits(&names, place, low_word(octets))),
         (Some(_), [..]) | (None, [..]) => field,
     }
@@ -157,7 +157,7 @@ pub(super) fn step_left_out(node: &Learned, word: u16) -> Option<&'static str> {
 fn word_in_words(at: Address, word: u16, names: &[&'static str; 16], octets: usize) -> String {
     let mut said = Vec::from([if octets == 1 { format!("{word:02X}h") } else { format!("{word:04X}h") }]);
     // The state says what bits 0 to 3, 5 and 6 do, the command what bits 0 to 3 and 7 do.
-    let told: u16 = match at.pair() {
+    let told: u16 = match (axis::of_first(at.index.0).1, at.sub.0) {
         (0x6041, 0) => match State::of(Statusword(word)) {
             Some(state) => {
                 said.push(state.to_string());

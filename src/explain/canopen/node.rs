@@ -2,11 +2,13 @@
 
 use crate::map::Map;
 
-use super::service::{MOST_PDOS, Service};
+use super::service::Service;
 use crate::can_bus::canopen::dictionary;
 use crate::can_bus::canopen::dictionary::{Entry, Object};
+use crate::can_bus::canopen::pdo;
 use crate::can_bus::canopen::pdo::mapping::MappingWord;
 use crate::can_bus::canopen::{Abort, Address, NmtState, NodeId};
+use crate::can_bus::cia402::axis;
 use crate::devices::Vocabulary;
 use crate::devices::ag03::param::{Kind, Parameter};
 use crate::devices::vocabulary::CIA_402;
@@ -85,10 +87,11 @@ impl Learned {
         dictionary::entry(self.words().objects, at)
     }
 
-    /// 6060h: as heard, else the default of the device.
-    pub(super) fn mode(&self) -> i64 {
-        let heard = self.heard(MODE).map(|octet| i64::from(octet.to_le_bytes()[0].cast_signed()));
-        let default = || self.entry(MODE).ok()?.default_value(NodeId::MIN).number();
+    /// 6060h of the axis of an object: as heard, else the default of the device.
+    pub(super) fn mode(&self, of: Address) -> i64 {
+        let at = mode_of(of);
+        let heard = self.heard(at).map(|octet| i64::from(octet.to_le_bytes()[0].cast_signed()));
+        let default = || self.entry(at).ok()?.default_value(NodeId::MIN).number();
         heard.or_else(default).unwrap_or(0)
     }
 
@@ -107,10 +110,10 @@ impl Learned {
         match at.pair() {
             (0x6040, 0) => self.control = Some(u16::from_le_bytes([low, high])),
             (0x6041, 0) => self.status = Some(u16::from_le_bytes([low, high])),
-            (0x6061, 0) => {
-                self.heard.insert(MODE, value);
-            }
             (0.., 0..) => {}
+        }
+        if of_first(at) == MODE_DISPLAY {
+            self.heard.insert(mode_of(at), value);
         }
         let parameter = (self.words().parameter)(at).map(|entry| entry.kind);
         if matches!(parameter, Some(Kind::Setting(setting)) if setting.parameter == Parameter::SpindlePitch) {
@@ -149,6 +152,18 @@ impl Learned {
 }
 
 const MODE: Address = Address::new(0x6060, 0);
+const MODE_DISPLAY: Address = Address::new(0x6061, 0);
+
+/// Where the first axis has an object.
+const fn of_first(at: Address) -> Address {
+    Address::new(axis::of_first(at.index.0).1, at.sub.0)
+}
+
+/// 6060h of the axis of an object.
+const fn mode_of(at: Address) -> Address {
+    Address::new(axis::index(axis::of_first(at.index.0).0, MODE.index.0), 0)
+}
+
 /// Mapping of RPDO 1.
 pub(super) const RPDO_MAPPING: u16 = 0x1600;
 /// Mapping of TPDO 1.
@@ -156,6 +171,9 @@ pub(super) const TPDO_MAPPING: u16 = 0x1A00;
 
 /// Whether the object decides what later frames mean: identifiers, mappings, mode.
 fn says_how_to_read(at: Address) -> bool {
-    let mapping = |base: u16| (base..base + MOST_PDOS).contains(&at.index.0) && at.sub.0 <= 8;
-    at == MODE || Service::of_object(1, at).is_some() || mapping(RPDO_MAPPING) || mapping(TPDO_MAPPING)
+    let mapping = |base: u16| (base..base + pdo::OBJECTS).contains(&at.index.0) && at.sub.0 <= 8;
+    of_first(at) == MODE
+        || Service::of_object(1, at).is_some()
+        || mapping(RPDO_MAPPING)
+        || mapping(TPDO_MAPPING)
 }

@@ -9,7 +9,7 @@ use crate::can_bus::canopen::pdo::mapping::MappingWord;
 use crate::explain::Field;
 
 /// A TPDO: from the node, or the request for it.
-pub(super) fn transmit(node: &mut Learned, number: u8, pdo: u8, frame: &Frame) -> Said {
+pub(super) fn transmit(node: &mut Learned, number: u8, pdo: u16, frame: &Frame) -> Said {
     if frame.is_remote() {
         let said = Said::new("PDO", format!("request of TPDO {pdo} of {number}"), frame).to(number);
         return in_operation(node, said, "sends");
@@ -19,7 +19,7 @@ pub(super) fn transmit(node: &mut Learned, number: u8, pdo: u8, frame: &Frame) -
 }
 
 /// An RPDO: to the node.
-pub(super) fn rpdo(node: &mut Learned, number: u8, pdo: u8, frame: &Frame) -> Said {
+pub(super) fn rpdo(node: &mut Learned, number: u8, pdo: u16, frame: &Frame) -> Said {
     if frame.is_remote() {
         let summary = format!("request of RPDO {pdo} of {number}");
         return Said::new("PDO", summary, frame).to(number).ignored("an RPDO is received: no node answers");
@@ -44,14 +44,14 @@ fn in_operation(node: &Learned, said: Said, does: &str) -> Said {
 }
 
 /// What the octets are by the mapping, and what is wrong with an RPDO.
-fn content(node: &mut Learned, base: u16, pdo: u8, frame: &Frame) -> (String, Vec<Field>, Option<String>) {
+fn content(node: &mut Learned, base: u16, pdo: u16, frame: &Frame) -> (String, Vec<Field>, Option<String>) {
     let octets = frame.octets();
     let raw = |octets: &[u8]| match octets {
         [] => Vec::new(),
         octets => Vec::from([Field::octets("data", 0, octets, "")]),
     };
     let unknown = || (format!("{}, mapping not known", octets_of(octets.len())), raw(octets), None);
-    let Some(mapping) = node.mapping(base + u16::from(pdo) - 1) else { return unknown() };
+    let Some(mapping) = node.mapping(base + pdo - 1) else { return unknown() };
     // Of pieces that are no whole octets nobody makes a mapping here.
     if mapping.iter().any(|word| !word.bits.is_multiple_of(8) || word.bits == 0) {
         return unknown();
@@ -59,7 +59,7 @@ fn content(node: &mut Learned, base: u16, pdo: u8, frame: &Frame) -> (String, Ve
     let long: usize = mapping.iter().map(|word| usize::from(word.bits / 8)).sum();
     // The mapping of CiA 402 is a guess: it counts where it fits.
     let guessed = node.vocabulary.is_none()
-        && node.heard(crate::can_bus::canopen::Address::new(base + u16::from(pdo) - 1, 0)).is_none();
+        && node.heard(crate::can_bus::canopen::Address::new(base + pdo - 1, 0)).is_none();
     if guessed && long != octets.len() {
         return unknown();
     }

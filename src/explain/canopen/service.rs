@@ -12,15 +12,12 @@ pub(super) enum Service {
     Sync,
     Time,
     Emcy(u8),
-    Tpdo(u8, u8),
-    Rpdo(u8, u8),
+    Tpdo(u8, u16),
+    Rpdo(u8, u16),
     SdoRequest(u8),
     SdoResponse(u8),
     ErrorControl(u8),
 }
-
-/// PDOs whose parameters are looked at; those with identifiers of CiA 301 are 1 to 4.
-pub(super) const MOST_PDOS: u16 = 32;
 
 impl Service {
     /// The service of the predefined connection set (CiA 301): the function code in bits 10..7, the node in bits 6..0.
@@ -53,8 +50,8 @@ impl Service {
     const fn object(self) -> Option<(u8, Address)> {
         match self {
             Self::Emcy(node) => Some((node, Address::new(0x1014, 0))),
-            Self::Tpdo(node, pdo) => Some((node, Address::new(0x17FF + pdo as u16, 1))),
-            Self::Rpdo(node, pdo) => Some((node, Address::new(0x13FF + pdo as u16, 1))),
+            Self::Tpdo(node, pdo) => Some((node, Address::new(0x17FF + pdo, 1))),
+            Self::Rpdo(node, pdo) => Some((node, Address::new(0x13FF + pdo, 1))),
             Self::Nmt
             | Self::Sync
             | Self::Time
@@ -66,12 +63,11 @@ impl Service {
 
     /// The service of node `node` whose identifier the object at `at` holds.
     pub(super) fn of_object(node: u8, at: Address) -> Option<Self> {
-        let number = |base: u16| u8::try_from(at.index.0 - base + 1).ok();
         match at.pair() {
             (0x1005, 0) => Some(Self::Sync),
             (0x1014, 0) => Some(Self::Emcy(node)),
-            (0x1400.., 1) if at.index.0 < 0x1400 + MOST_PDOS => Some(Self::Rpdo(node, number(0x1400)?)),
-            (0x1800.., 1) if at.index.0 < 0x1800 + MOST_PDOS => Some(Self::Tpdo(node, number(0x1800)?)),
+            (index @ 0x1400..=0x15FF, 1) => Some(Self::Rpdo(node, index - 0x13FF)),
+            (index @ 0x1800..=0x19FF, 1) => Some(Self::Tpdo(node, index - 0x17FF)),
             (0.., 0..) => None,
         }
     }

@@ -7,11 +7,11 @@ use super::{Choices, Device, NodeFile, Wrong};
 use crate::can_bus::canopen::NodeId;
 use crate::can_bus::canopen::eds::Sheet;
 use crate::can_bus::canopen::parameter::MAX_CONSUMERS;
-use crate::can_bus::canopen::pdo::MAX_PDOS;
+use crate::can_bus::canopen::pdo::{self, MAX_PDOS};
 use crate::device_file::Level;
 use crate::devices::CanopenDevice;
 use crate::devices::from_eds::{Dictionary, FromEds};
-use crate::eds::{Content, Eds, Profile};
+use crate::eds::{Content, Eds};
 use crate::host::can::Product;
 use crate::host::device_file::{domain_of_file, eds_octets_of_file, eds_of_file};
 
@@ -128,24 +128,13 @@ const OF_ENTRY: usize = 512;
 
 /// What is more than a node has: it can be read and written, and does nothing.
 fn without_service(eds: &Eds) -> Vec<String> {
-    let most = u16::try_from(MAX_PDOS).unwrap_or(u16::MAX);
     let mut all = Vec::new();
     for (name, first) in [("RPDOs", 0x1400), ("TPDOs", 0x1800)] {
-        let count = eds.objects.range(first + most..first + 0x200).count();
-        if count > 0 {
-            all.push(format!(
-                "{count} {name} from {:04X}h on are values only: a node has {most}",
-                first + most
-            ));
-        }
-    }
-    if eds.profile() == Profile::Drive {
-        // CiA 402: the objects of axis n + 1 are n times 800h behind those of the first.
-        let axes = (2_u16..=8).map(|axis| (axis, 0x6040 + (axis - 1) * 0x800));
-        for (axis, index) in axes.filter(|(_, index)| eds.objects.contains_key(index)) {
-            all.push(format!(
-                "axis {axis}, from {index:04X}h on, is values only: the drive is the first axis"
-            ));
+        let indices = eds.objects.range(first..first + pdo::OBJECTS).map(|(index, _)| index);
+        let mut rest = indices.skip(MAX_PDOS).peekable();
+        if let Some(index) = rest.peek().copied() {
+            let count = rest.count();
+            all.push(format!("{count} {name} from {index:04X}h on are values only: a node has {MAX_PDOS}"));
         }
     }
     let consumers = eds.objects.get(&0x1016).map_or(0, |object| object.entries.range(1..).count());
@@ -201,26 +190,14 @@ mod tests {
 
     #[test]
     fn what_is_more_than_a_node_has_is_said() {
-        let eds = Eds::read(
-            b"[1407]\nDataType=7\n[1408]\nDataType=7\n[19FF]\nDataType=7\n[1016]\nDataType=7\nCompactSubObj=9\n",
-        )
-        .unwrap();
+        let pdos: String = (0x1400..0x1441).map(|index| format!("[{index:04X}]\nDataType=7\n")).collect();
+        let rest = "[18C0]\nDataType=7\n[1016]\nDataType=7\nCompactSubObj=9\n";
+        let eds = Eds::read((pdos + rest).as_bytes()).unwrap();
         assert_eq!(
             without_service(&eds),
             [
-                "1 RPDOs from 1408h on are values only: a node has 8",
-                "1 TPDOs from 1808h on are values only: a node has 8",
+                "1 RPDOs from 1440h on are values only: a node has 64",
                 "1016h has 9 entries: the first 8 supervise a node"
-            ]
-        );
-        let two =
-            Eds::read(b"[6040]\nDataType=6\n[6041]\nDataType=6\n[6840]\nDataType=6\n[7040]\nDataType=6\n")
-                .unwrap();
-        assert_eq!(
-            without_service(&two),
-            [
-                "axis 2, from 6840h on, is values only: the drive is the first axis",
-                "axis 3, from 7040h on, is values only: the drive is the first axis"
             ]
         );
     }

@@ -10,7 +10,6 @@ use crate::can_bus::canopen::cob_id::CobId;
 use crate::can_bus::canopen::emcy::{COMMUNICATION, Emergency};
 use crate::can_bus::canopen::event::Event;
 use crate::can_bus::canopen::nmt::NmtState;
-use crate::can_bus::canopen::pdo::PdoNumber;
 use crate::time::Instant;
 
 /// The most entries in a history.
@@ -27,15 +26,16 @@ pub(super) enum Cause {
     LifeGuarding,
     /// The consumer at this place.
     Heartbeat(usize),
-    RpdoLength(PdoNumber),
+    /// The RPDO at this place.
+    RpdoLength(usize),
 }
 
 impl Cause {
-    const fn bit(self) -> u32 {
+    const fn bit(self) -> u128 {
         match self {
             Self::LifeGuarding => 1,
             Self::Heartbeat(place) => 1 << (1 + place),
-            Self::RpdoLength(pdo) => 1 << (16 + pdo.place()),
+            Self::RpdoLength(place) => 1 << (16 + place),
         }
     }
 }
@@ -51,7 +51,7 @@ struct Message {
 #[derive(Clone, Debug)]
 pub(super) struct Errors {
     device: u8,
-    causes: u32,
+    causes: u128,
     history: Deque<u32, MAX_HISTORY>,
     waiting: Deque<Message, MAX_WAITING>,
     inhibited_until: Instant,

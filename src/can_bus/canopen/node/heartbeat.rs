@@ -90,11 +90,9 @@ impl Node {
             let Some((supervised, time)) = entry.filter(|(supervised, _)| supervised.number() == node) else {
                 continue;
             };
-            let Some(consumer) = self.consumers.get_mut(place) else { continue };
-            let was = core::mem::replace(consumer, Consumer::Until(now.saturating_add(time)));
-            match was {
-                Consumer::Waiting | Consumer::Until(_) => {}
-                Consumer::Lost => {
+            match self.set_consumer(place, Consumer::Until(now.saturating_add(time))) {
+                Some(Consumer::Waiting | Consumer::Until(_)) | None => {}
+                Some(Consumer::Lost) => {
                     self.error_ends(now, Cause::Heartbeat(place));
                     self.tell(Event::HeartbeatBack(supervised));
                     app.notice(now, Notice::HeartbeatBack(supervised));
@@ -103,13 +101,22 @@ impl Node {
         }
     }
 
+    /// Says what it was before.
+    pub(super) fn set_consumer(&mut self, place: usize, to: Consumer) -> Option<Consumer> {
+        let was = core::mem::replace(self.consumers.get_mut(place)?, to);
+        self.consumer_due = self.consumers.iter().filter_map(|consumer| consumer.due()).min();
+        Some(was)
+    }
+
     pub(super) fn consumer_timeout(&mut self, now: Instant, app: &mut dyn Application) {
+        if self.consumer_due.is_none_or(|due| now < due) {
+            return;
+        }
         for place in 0..MAX_CONSUMERS {
-            let Some(consumer) = self.consumers.get_mut(place) else { continue };
-            if consumer.due().is_none_or(|due| now < due) {
+            if self.consumers.get(place).and_then(|consumer| consumer.due()).is_none_or(|due| now < due) {
                 continue;
             }
-            *consumer = Consumer::Lost;
+            self.set_consumer(place, Consumer::Lost);
             let Some((node, time)) = self.values.consumers.get(place).copied().and_then(supervised) else {
                 continue;
             };

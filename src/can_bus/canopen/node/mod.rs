@@ -25,7 +25,7 @@ use crate::can_bus::canopen::dictionary::{self, Home, Object};
 use crate::can_bus::canopen::event::{Event, NoEffect};
 use crate::can_bus::canopen::nmt::{Command, NmtState, Reset};
 use crate::can_bus::canopen::parameter::{Communication, MAX_CONSUMERS};
-use crate::can_bus::canopen::pdo::{MAX_PDOS, PdoNumber};
+use crate::can_bus::canopen::pdo::{PdoNumber, PerPdo};
 use crate::can_bus::canopen::policy::Policy;
 use crate::time::Instant;
 
@@ -100,14 +100,17 @@ pub struct Node {
     guarding: Guarding,
     heartbeat_due: Option<Instant>,
     consumers: [Consumer; MAX_CONSUMERS],
+    /// The first of them.
+    consumer_due: Option<Instant>,
     lss: Lss,
     sync_window_ends: Option<Instant>,
     /// When the node sends the next SYNC.
     sync_due: Option<Instant>,
     /// The counter of the last SYNC that it sent.
     syncs_sent: u8,
-    rpdos: [Rpdo; MAX_PDOS],
-    tpdos: [Tpdo; MAX_PDOS],
+    /// In the order of their values.
+    rpdos: PerPdo<Rpdo>,
+    tpdos: PerPdo<Tpdo>,
     frames: Deque<Frame, MAX_FRAMES>,
     frames_lost: u32,
     events: Deque<Event, MAX_EVENTS>,
@@ -135,12 +138,13 @@ impl Node {
             guarding: Guarding::FRESH,
             heartbeat_due: None,
             consumers: [Consumer::Waiting; MAX_CONSUMERS],
+            consumer_due: None,
             lss: Lss::NONE,
             sync_window_ends: None,
             sync_due: None,
             syncs_sent: 0,
-            rpdos: [const { Rpdo::OFF }; MAX_PDOS],
-            tpdos: [const { Tpdo::OFF }; MAX_PDOS],
+            rpdos: PerPdo::new(),
+            tpdos: PerPdo::new(),
             frames: Deque::new(),
             frames_lost: 0,
             events: Deque::new(),
@@ -180,7 +184,8 @@ impl Node {
         } else if CobId(self.values.emcy_id).active() == Some(id) {
             Some(Service::Emcy)
         } else {
-            self.tpdo_of(id).map(Service::Tpdo)
+            let number = |place| self.values.tpdos.at(place).number;
+            self.tpdo_of(id).map(|place| Service::Tpdo(number(place)))
         }
     }
 
@@ -201,17 +206,24 @@ impl Node {
 
     /// A frame was received.
     pub fn handle_frame(&mut self, now: Instant, frame: &Frame, app: &mut dyn Application) {
+        self.hear(now, frame, app);
+    }
+
+    /// The same; says whether it was for this node: then what the device wants is done, too.
+    pub(crate) fn hear(&mut self, now: Instant, frame: &Frame, app: &mut dyn Application) -> bool {
         let Some(state) = self.state else {
             self.nmt_ignored(frame);
-            return;
+            return false;
         };
         // What was due before the frame came happens before it.
         if self.poll_timeout().is_some_and(|due| due <= now) {
             self.handle_timeout(now, app);
         }
-        if self.dispatch(now, state, frame, app) {
+        let is_own = self.dispatch(now, state, frame, app);
+        if is_own {
             self.settle(now, app);
         }
+        is_own
     }
 
     /// Whether the frame was for this node.
@@ -253,8 +265,8 @@ impl Node {
         if state == NmtState::Operational {
             return self.dispatch_process_data(now, frame, app);
         }
-        if let (Some(pdo), false) = (self.rpdo_of(frame.id()), frame.is_remote()) {
-            self.no_effect(NoEffect::RpdoState { pdo, state });
+        if let (Some(place), false) = (self.rpdo_of(frame.id()), frame.is_remote()) {
+            self.no_effect(NoEffect::RpdoState { pdo: self.values.rpdos.at(place).number, state });
         }
         false
     }
@@ -271,17 +283,17 @@ impl Node {
     fn dispatch_process_data(&mut self, now: Instant, frame: &Frame, app: &mut dyn Application) -> bool {
         let id = frame.id();
         if frame.is_remote() {
-            if let Some(pdo) = self.tpdo_of(id) {
-                self.tpdo_requested(pdo, app);
-            } else if let Some(pdo) = self.rpdo_of(id) {
-                self.rpdo_requested(pdo, app);
+            if let Some(place) = self.tpdo_of(id) {
+                self.tpdo_requested(place, app);
+            } else if let Some(place) = self.rpdo_of(id) {
+                self.rpdo_requested(place, app);
             } else {
                 return false;
             }
         } else if CobId(self.values.sync_id).id() == Some(id) {
             self.sync(now, frame.octets().first().copied(), app);
-        } else if let Some(pdo) = self.rpdo_of(id) {
-            self.rpdo_received(now, pdo, frame, app);
+        } else if let Some(place) = self.rpdo_of(id) {
+            self.rpdo_received(now, place, frame, app);
         } else {
             self.rpdo_is_off(id);
             return false;
@@ -326,9 +338,7 @@ impl Node {
         due = Instant::first_of(due, self.errors.due());
         due = Instant::first_of(due, self.sdo.due().filter(|_| self.frames.is_empty()));
         due = Instant::first_of(due, self.sync_due.filter(|_| state.serves_sdo()));
-        for consumer in &self.consumers {
-            due = Instant::first_of(due, consumer.due());
-        }
+        due = Instant::first_of(due, self.consumer_due);
         if state == NmtState::Operational {
             for tpdo in self.tpdos.iter().filter(|tpdo| tpdo.id.is_some()) {
                 due = Instant::first_of(due, tpdo.due());
@@ -435,8 +445,9 @@ impl Node {
                 Some(Request::ErrorRegister(register)) => self.errors.set_device(register),
                 Some(Request::Nmt(to)) => self.enter(now, to, NmtCause::Application, app),
                 Some(Request::Tpdo(pdo)) => {
-                    if self.state == Some(NmtState::Operational) {
-                        self.tpdo_event(now, pdo, app);
+                    let place = self.values.tpdos.place(pdo);
+                    if let (Some(NmtState::Operational), Some(place)) = (self.state, place) {
+                        self.tpdo_event(now, place, app);
                     }
                 }
                 Some(Request::Changed(at)) => {

@@ -7,8 +7,9 @@ use crate::can_bus::canopen::application::{Application, Notice, Source};
 use crate::can_bus::canopen::cob_id::{self, CobId};
 use crate::can_bus::canopen::emcy;
 use crate::can_bus::canopen::event::{Event, NoEffect};
+use crate::can_bus::canopen::parameter::PdoParameters;
 use crate::can_bus::canopen::pdo::mapping::{self, Pieces};
-use crate::can_bus::canopen::pdo::{MAX_MAPPED, MAX_PDOS, PdoNumber, TransmissionType};
+use crate::can_bus::canopen::pdo::{MAX_MAPPED, TransmissionType};
 use crate::time::Instant;
 
 /// One RPDO.
@@ -45,20 +46,19 @@ impl Rpdo {
 
 impl Node {
     /// Puts the objects of an RPDO into effect.
-    pub(super) fn set_up_rpdo(&mut self, pdo: PdoNumber) {
-        let values = self.values.rpdo(pdo);
+    pub(super) fn set_up_rpdo(&mut self, place: usize) {
+        let values = self.values.rpdos.at(place);
         let pieces = mapping::pieces(self.objects, values.mapping());
         let octets = mapping::octets(&pieces);
         let id = CobId(values.cob_id).active();
-        if let Some(rpdo) = self.rpdos.get_mut(pdo.place()) {
+        if let Some(rpdo) = self.rpdos.get_mut(place) {
             *rpdo = Rpdo { id, pieces, octets, waiting: None, unread: 0 };
         }
     }
 
-    /// The RPDO with that identifier.
-    pub(super) fn rpdo_of(&self, id: Id) -> Option<PdoNumber> {
-        let place = self.rpdos.iter().position(|rpdo| rpdo.id == Some(id))?;
-        PdoNumber::ALL.get(place).copied()
+    /// The place of the RPDO with that identifier.
+    pub(super) fn rpdo_of(&self, id: Id) -> Option<usize> {
+        self.rpdos.iter().position(|rpdo| rpdo.id == Some(id))
     }
 
     /// Whether this is the identifier of an RPDO that is on, whatever it carries.
@@ -81,13 +81,13 @@ impl Node {
     pub(super) fn rpdo_received(
         &mut self,
         now: Instant,
-        pdo: PdoNumber,
+        place: usize,
         frame: &Frame,
         app: &mut dyn Application,
     ) {
-        let kind = TransmissionType(self.values.rpdo(pdo).kind);
+        let &PdoParameters { number: pdo, kind, .. } = self.values.rpdos.at(place);
         let in_window = self.in_sync_window(now);
-        let Some(rpdo) = self.rpdos.get_mut(pdo.place()) else { return };
+        let Some(rpdo) = self.rpdos.get_mut(place) else { return };
         let octets = frame.octets();
         if rpdo.octets == 0 {
             return self.no_effect(NoEffect::RpdoEmpty { pdo });
@@ -96,7 +96,7 @@ impl Node {
             let [expected, got] = [rpdo.octets, octets.len()].map(|len| u8::try_from(len).unwrap_or(8));
             self.tell(Event::RpdoLength { pdo, expected, got });
             if self.policy.rpdo_short_emcy {
-                self.error_begins(now, Cause::RpdoLength(pdo), emcy::RPDO_LENGTH);
+                self.error_begins(now, Cause::RpdoLength(place), emcy::RPDO_LENGTH);
             }
             app.notice(now, Notice::RpdoLength { pdo, expected, got });
             return;
@@ -105,7 +105,7 @@ impl Node {
         for (place, octet) in data.iter_mut().zip(octets) {
             *place = *octet;
         }
-        if kind.is_synchronous() {
+        if TransmissionType(kind).is_synchronous() {
             if !in_window {
                 self.no_effect(NoEffect::RpdoLate { pdo });
             } else if rpdo.waiting.replace(data).is_some() {
@@ -115,25 +115,25 @@ impl Node {
                 }
             }
         } else {
-            self.take(now, pdo, data, app);
+            self.take(now, place, data, app);
         }
-        self.error_ends(now, Cause::RpdoLength(pdo));
+        self.error_ends(now, Cause::RpdoLength(place));
     }
 
     /// SYNC: what waits acts, the lowest number first.
     pub(super) fn take_synchronous_rpdos(&mut self, now: Instant, app: &mut dyn Application) {
-        for place in 0..MAX_PDOS {
-            let waiting = self.rpdos.get_mut(place).and_then(Rpdo::take_waiting);
-            if let (Some(data), Some(pdo)) = (waiting, PdoNumber::ALL.get(place)) {
-                self.take(now, *pdo, data, app);
+        for place in 0..self.rpdos.len() {
+            if let Some(data) = self.rpdos.get_mut(place).and_then(Rpdo::take_waiting) {
+                self.take(now, place, data, app);
             }
         }
     }
 
-    fn take(&mut self, now: Instant, pdo: PdoNumber, data: [u8; 8], app: &mut dyn Application) {
+    fn take(&mut self, now: Instant, place: usize, data: [u8; 8], app: &mut dyn Application) {
+        let pdo = self.values.rpdos.at(place).number;
         let mut begin = 0;
-        for place in 0..MAX_MAPPED {
-            let piece = self.rpdos.get(pdo.place()).and_then(|rpdo| rpdo.pieces.get(place));
+        for mapped in 0..MAX_MAPPED {
+            let piece = self.rpdos.get(place).and_then(|rpdo| rpdo.pieces.get(mapped));
             let Some(&piece) = piece else { break };
             // A mapping may take less than the whole entry: the rest is zero.
             let value = piece.take(u64::from_le_bytes(data), begin).to_le_bytes();
@@ -156,9 +156,10 @@ impl Node {
     }
 
     /// A remote request of an RPDO: answered only by devices that say with what.
-    pub(super) fn rpdo_requested(&mut self, pdo: PdoNumber, app: &dyn Application) {
+    pub(super) fn rpdo_requested(&mut self, place: usize, app: &dyn Application) {
+        let pdo = self.values.rpdos.at(place).number;
         let answer = self.policy.rpdo_rtr.iter().find(|answer| answer.pdo == pdo);
-        let id = self.rpdos.get(pdo.place()).and_then(|rpdo| rpdo.id);
+        let id = self.rpdos.get(place).and_then(|rpdo| rpdo.id);
         if let (Some(answer), Some(id)) = (answer, id) {
             let pieces = mapping::pieces(self.objects, answer.mapping);
             let mut data = self.sample(&pieces, app);

@@ -2,14 +2,16 @@
 
 use super::Node;
 use super::heartbeat::{Consumer, supervised};
+use super::rpdo::Rpdo;
+use super::tpdo::Tpdo;
 use crate::can_bus::canopen::abort::Abort;
 use crate::can_bus::canopen::address::Sub;
 use crate::can_bus::canopen::application::{Application, Notice, Written};
 use crate::can_bus::canopen::cob_id::CobId;
 use crate::can_bus::canopen::dictionary::{Entry, Limits};
 use crate::can_bus::canopen::parameter::{Parameter, PdoField, PdoParameters};
+use crate::can_bus::canopen::pdo::TransmissionType;
 use crate::can_bus::canopen::pdo::mapping::{self, Direction};
-use crate::can_bus::canopen::pdo::{PdoNumber, TransmissionType};
 use crate::can_bus::canopen::policy::{Storing, SyncProducer};
 use crate::can_bus::canopen::refusal::{Broken, Rule};
 use crate::time::Instant;
@@ -123,10 +125,10 @@ impl Node {
                 Err(Broken::rule(self.policy.wrong_signature, Rule::But("only \"load\" is taken, 64616F6Ch")))
             }
             Parameter::Rpdo(pdo, field) => {
-                self.judge_pdo(Direction::Receive, self.values.rpdo(pdo), field, value)
+                self.judge_pdo(Direction::Receive, self.values.rpdos.of(pdo), field, value)
             }
             Parameter::Tpdo(pdo, field) => {
-                self.judge_pdo(Direction::Transmit, self.values.tpdo(pdo), field, value)
+                self.judge_pdo(Direction::Transmit, self.values.tpdos.of(pdo), field, value)
             }
             Parameter::ErrorRegister
             | Parameter::HistoryCount
@@ -266,19 +268,29 @@ impl Node {
         match parameter {
             Parameter::Heartbeat => self.restart_heartbeat(now),
             Parameter::Consumer(place) => {
-                if let Some(consumer) = self.consumers.get_mut(usize::from(place)) {
-                    *consumer = Consumer::Waiting;
-                }
+                self.set_consumer(place.into(), Consumer::Waiting);
             }
             Parameter::SyncWindow => self.sync_window_ends = None,
             Parameter::SyncId | Parameter::SyncPeriod | Parameter::SyncCounter => self.restart_sync(now),
-            Parameter::Rpdo(pdo, _) => self.set_up_rpdo(pdo),
-            Parameter::Tpdo(pdo, PdoField::EventTimer) => self.restart_event_timer(now, pdo),
+            Parameter::Rpdo(pdo, _) => {
+                if let Some(place) = self.values.rpdos.place(pdo) {
+                    self.set_up_rpdo(place);
+                }
+            }
+            Parameter::Tpdo(pdo, PdoField::EventTimer) => {
+                if let Some(place) = self.values.tpdos.place(pdo) {
+                    self.restart_event_timer(now, place);
+                }
+            }
             Parameter::Tpdo(_, PdoField::Inhibit | PdoField::Reserved | PdoField::SyncStart) => {}
             Parameter::Tpdo(
                 pdo,
                 PdoField::CobId | PdoField::Type | PdoField::Count | PdoField::Mapped(_),
-            ) => self.set_up_tpdo(now, pdo, app),
+            ) => {
+                if let Some(place) = self.values.tpdos.place(pdo) {
+                    self.set_up_tpdo(now, place, app);
+                }
+            }
             Parameter::ErrorRegister
             | Parameter::HistoryCount
             | Parameter::History(_)
@@ -298,9 +310,13 @@ impl Node {
         self.restart_sync(now);
         self.sync_window_ends = None;
         self.consumers = [Consumer::Waiting; crate::can_bus::canopen::parameter::MAX_CONSUMERS];
-        for pdo in PdoNumber::ALL {
-            self.set_up_rpdo(pdo);
-            self.set_up_tpdo(now, pdo, app);
-        }
+        self.consumer_due = None;
+        // As many as the dictionary has.
+        self.rpdos.clear();
+        self.rpdos.extend((0..self.values.rpdos.len()).map(|_| Rpdo::OFF));
+        self.tpdos.clear();
+        self.tpdos.extend((0..self.values.tpdos.len()).map(|_| Tpdo::OFF));
+        (0..self.rpdos.len()).for_each(|place| self.set_up_rpdo(place));
+        (0..self.tpdos.len()).for_each(|place| self.set_up_tpdo(now, place, app));
     }
 }

@@ -9,7 +9,7 @@ use crate::can_bus::canopen::application::Application;
 use crate::can_bus::canopen::cob_id::CobId;
 use crate::can_bus::canopen::event::NoEffect;
 use crate::can_bus::canopen::pdo::mapping::{self, Pieces};
-use crate::can_bus::canopen::pdo::{MAX_PDOS, PdoNumber, TransmissionType, Trigger};
+use crate::can_bus::canopen::pdo::{TransmissionType, Trigger};
 use crate::can_bus::canopen::policy::{EventRule, TypeZero};
 use crate::time::Instant;
 
@@ -58,8 +58,8 @@ impl Tpdo {
 
 impl Node {
     /// Puts the objects of a TPDO into effect; counters and timers begin anew.
-    pub(super) fn set_up_tpdo(&mut self, now: Instant, pdo: PdoNumber, app: &dyn Application) {
-        let values = self.values.tpdo(pdo);
+    pub(super) fn set_up_tpdo(&mut self, now: Instant, place: usize, app: &dyn Application) {
+        let values = self.values.tpdos.at(place);
         let pieces = mapping::pieces(self.objects, values.mapping());
         let octets = mapping::octets(&pieces);
         let id = CobId(values.cob_id).active().filter(|_| octets != 0);
@@ -67,28 +67,28 @@ impl Node {
         let data = if id.is_some() { self.sample(&pieces, app) } else { [0; 8] };
         let starts_at =
             (self.values.sync_counter != 0 && values.sync_start != 0).then_some(values.sync_start);
-        if let Some(tpdo) = self.tpdos.get_mut(pdo.place()) {
+        if let Some(tpdo) = self.tpdos.get_mut(place) {
             *tpdo = Tpdo { id, trigger, pieces, octets, data, starts_at, ..Tpdo::OFF };
         }
-        self.restart_event_timer(now, pdo);
+        self.restart_event_timer(now, place);
     }
 
     /// OPERATIONAL is entered: counters and timers begin, and what has to be said at once is said.
     pub(super) fn start_tpdos(&mut self, now: Instant, app: &dyn Application) {
-        for pdo in PdoNumber::ALL {
-            self.set_up_tpdo(now, pdo, app);
-            let Some(tpdo) = self.tpdos.get(pdo.place()) else { continue };
+        for place in 0..self.tpdos.len() {
+            self.set_up_tpdo(now, place, app);
+            let Some(tpdo) = self.tpdos.get(place) else { continue };
             if self.event_rule(tpdo.trigger).is_some_and(|rule| rule.on_start) {
-                self.tpdo_event(now, pdo, app);
+                self.tpdo_event(now, place, app);
             }
         }
     }
 
     /// The device or the bus wants an event-driven TPDO; others are marked for the next SYNC.
-    pub(super) fn tpdo_event(&mut self, now: Instant, pdo: PdoNumber, app: &dyn Application) {
-        if let Some(tpdo) = self.tpdos.get_mut(pdo.place()) {
+    pub(super) fn tpdo_event(&mut self, now: Instant, place: usize, app: &dyn Application) {
+        if let Some(tpdo) = self.tpdos.get_mut(place) {
             tpdo.event = tpdo.id.is_some();
-            self.send_if_allowed(now, pdo, app);
+            self.send_if_allowed(now, place, app);
         }
     }
 
@@ -119,7 +119,7 @@ impl Node {
         counter: Option<u8>,
         app: &dyn Application,
     ) {
-        for (place, pdo) in (0..MAX_PDOS).zip(PdoNumber::ALL) {
+        for place in 0..self.tpdos.len() {
             let Some(tpdo) = self.tpdos.get(place) else { continue };
             if tpdo.id.is_none() {
                 continue;
@@ -134,7 +134,7 @@ impl Node {
                         tpdo.starts_at = None;
                     }
                     if send {
-                        self.sample_and_send(now, pdo, app);
+                        self.sample_and_send(now, place, app);
                     }
                 }
                 Trigger::SyncAfterEvent => {
@@ -143,7 +143,7 @@ impl Node {
                         TypeZero::OnChange => tpdo.event || self.is_changed(tpdo, app),
                     };
                     if send {
-                        self.sample_and_send(now, pdo, app);
+                        self.sample_and_send(now, place, app);
                     }
                 }
                 Trigger::RequestSampledAtSync => {
@@ -159,7 +159,7 @@ impl Node {
 
     /// Looks for changes and timers of event-driven TPDOs in OPERATIONAL.
     pub(super) fn send_event_driven_tpdos(&mut self, now: Instant, app: &dyn Application) {
-        for (place, pdo) in (0..MAX_PDOS).zip(PdoNumber::ALL) {
+        for place in 0..self.tpdos.len() {
             let Some(tpdo) = self.tpdos.get(place) else { continue };
             let Some(rule) = self.event_rule(tpdo.trigger) else { continue };
             if tpdo.id.is_none() {
@@ -174,15 +174,15 @@ impl Node {
                 }
             }
             if event {
-                self.send_if_allowed(now, pdo, app);
+                self.send_if_allowed(now, place, app);
             }
         }
     }
 
     /// A remote request of a TPDO in OPERATIONAL.
-    pub(super) fn tpdo_requested(&mut self, pdo: PdoNumber, app: &dyn Application) {
-        let values = self.values.tpdo(pdo);
-        let Some(tpdo) = self.tpdos.get(pdo.place()) else { return };
+    pub(super) fn tpdo_requested(&mut self, place: usize, app: &dyn Application) {
+        let values = self.values.tpdos.at(place);
+        let Some(tpdo) = self.tpdos.get(place) else { return };
         if !self.policy.tpdo_rtr || CobId(values.cob_id).bit_30() {
             return self.no_effect(NoEffect::TpdoRequest { pdo });
         }
@@ -194,13 +194,12 @@ impl Node {
             | Trigger::Event254
             | Trigger::Event255 => self.sample(&tpdo.pieces, app),
         };
-        self.send_tpdo(pdo, data);
+        self.send_tpdo(place, data);
     }
 
-    /// The TPDO with that identifier.
-    pub(super) fn tpdo_of(&self, id: Id) -> Option<PdoNumber> {
-        let place = self.tpdos.iter().position(|tpdo| tpdo.id == Some(id))?;
-        PdoNumber::ALL.get(place).copied()
+    /// The place of the TPDO with that identifier.
+    pub(super) fn tpdo_of(&self, id: Id) -> Option<usize> {
+        self.tpdos.iter().position(|tpdo| tpdo.id == Some(id))
     }
 
     /// The values of the pieces now. One that cannot be read is zero.
@@ -222,9 +221,9 @@ impl Node {
     }
 
     /// 1800h:5 was written, or the PDO was sent.
-    pub(super) fn restart_event_timer(&mut self, now: Instant, pdo: PdoNumber) {
-        let millis = self.values.tpdo(pdo).event_timer;
-        let Some(tpdo) = self.tpdos.get_mut(pdo.place()) else { return };
+    pub(super) fn restart_event_timer(&mut self, now: Instant, place: usize) {
+        let millis = self.values.tpdos.at(place).event_timer;
+        let Some(tpdo) = self.tpdos.get_mut(place) else { return };
         let runs = millis != 0 && tpdo.id.is_some() && tpdo.trigger.is_event();
         tpdo.timer = runs.then(|| now.saturating_add(Duration::from_millis(millis.into())));
     }
@@ -240,13 +239,13 @@ impl Node {
         }
     }
 
-    fn send_if_allowed(&mut self, now: Instant, pdo: PdoNumber, app: &dyn Application) {
-        let Some(tpdo) = self.tpdos.get(pdo.place()) else { return };
+    fn send_if_allowed(&mut self, now: Instant, place: usize, app: &dyn Application) {
+        let Some(tpdo) = self.tpdos.get(place) else { return };
         let Some(rule) = self.event_rule(tpdo.trigger) else { return };
         if tpdo.event && (!rule.inhibit || tpdo.inhibited_until <= now) {
-            self.sample_and_send(now, pdo, app);
-            let inhibit = Duration::from_micros(u64::from(self.values.tpdo(pdo).inhibit) * 100);
-            if let Some(tpdo) = self.tpdos.get_mut(pdo.place())
+            self.sample_and_send(now, place, app);
+            let inhibit = Duration::from_micros(u64::from(self.values.tpdos.at(place).inhibit) * 100);
+            if let Some(tpdo) = self.tpdos.get_mut(place)
                 && rule.inhibit
             {
                 tpdo.inhibited_until = now.saturating_add(inhibit);
@@ -254,19 +253,19 @@ impl Node {
         }
     }
 
-    fn sample_and_send(&mut self, now: Instant, pdo: PdoNumber, app: &dyn Application) {
-        let Some(tpdo) = self.tpdos.get(pdo.place()) else { return };
+    fn sample_and_send(&mut self, now: Instant, place: usize, app: &dyn Application) {
+        let Some(tpdo) = self.tpdos.get(place) else { return };
         let data = self.sample(&tpdo.pieces, app);
-        if let Some(tpdo) = self.tpdos.get_mut(pdo.place()) {
+        if let Some(tpdo) = self.tpdos.get_mut(place) {
             tpdo.data = data;
             tpdo.event = false;
         }
-        self.restart_event_timer(now, pdo);
-        self.send_tpdo(pdo, data);
+        self.restart_event_timer(now, place);
+        self.send_tpdo(place, data);
     }
 
-    fn send_tpdo(&mut self, pdo: PdoNumber, data: [u8; 8]) {
-        let Some(tpdo) = self.tpdos.get(pdo.place()) else { return };
+    fn send_tpdo(&mut self, place: usize, data: [u8; 8]) {
+        let Some(tpdo) = self.tpdos.get(place) else { return };
         let data = data.get(..tpdo.octets).unwrap_or_default();
         if let Some(Ok(frame)) = tpdo.id.map(|id| Frame::data(id, data)) {
             self.send(frame);

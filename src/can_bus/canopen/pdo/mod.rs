@@ -19,15 +19,26 @@ pub(crate) use mapping::MappingWord;
 
 use core::fmt;
 
-/// The most PDOs of a node in one direction.
-pub(crate) const MAX_PDOS: usize = 8;
+use super::address::Index;
+
+/// The most PDOs of a node in one direction. Those of a file are more than those of our devices.
+pub(crate) const MAX_PDOS: usize = if cfg!(feature = "std") { 64 } else { 8 };
+
+/// What a node has for each PDO of a direction, [`MAX_PDOS`] at most: with `std` no more room than the PDOs need.
+#[cfg(feature = "std")]
+pub(super) type PerPdo<T> = std::vec::Vec<T>;
+#[cfg(not(feature = "std"))]
+pub(super) type PerPdo<T> = heapless::Vec<T, MAX_PDOS>;
+
+/// Objects of communication, or of mappings, in one direction.
+pub(crate) const OBJECTS: u16 = 0x200;
 
 /// The most entries in one PDO.
 pub(crate) const MAX_MAPPED: usize = 8;
 
-/// The number of a PDO of one direction, 1 to 8.
+/// The number of a PDO of one direction, 1 to 512.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct PdoNumber(u8);
+pub struct PdoNumber(u16);
 
 impl PdoNumber {
     /// PDO 1.
@@ -39,26 +50,22 @@ impl PdoNumber {
     /// PDO 4.
     pub const P4: Self = Self(4);
 
-    /// Every number, the lowest first.
-    pub const ALL: [Self; MAX_PDOS] =
-        [Self(1), Self(2), Self(3), Self(4), Self(5), Self(6), Self(7), Self(8)];
-
-    /// PDO `number`, `None` outside 1 to 8.
-    pub const fn new(number: u8) -> Option<Self> {
+    /// PDO `number`, `None` outside 1 to 512.
+    pub const fn new(number: u16) -> Option<Self> {
         match number {
-            1..=8 => Some(Self(number)),
-            0 | 9.. => None,
+            1..=OBJECTS => Some(Self(number)),
+            0 | 513.. => None,
         }
     }
 
-    /// 1 to 8.
-    pub(crate) const fn number(self) -> u8 {
+    /// 1 to 512.
+    pub(crate) const fn number(self) -> u16 {
         self.0
     }
 
-    /// Its place in tables.
-    pub(in crate::can_bus::canopen) const fn place(self) -> usize {
-        self.0 as usize - 1
+    /// Its object; `first` is that of PDO 1.
+    pub(in crate::can_bus::canopen) const fn object(self, first: u16) -> Index {
+        Index(first + self.0 - 1)
     }
 }
 

@@ -66,27 +66,27 @@ impl Drive {
         Link::of(self.servo.level(), at)
     }
 
-    /// The value of an entry, of those that are no settings.
-    fn actual(&self, at: Address) -> Result<i64, Abort> {
+    /// The value of an entry that is no setting.
+    fn actual(&self, at: Address) -> Option<Value<'static>> {
         let servo = &self.servo;
-        Ok(match at.pair() {
-            (0x603F, 0) => servo.error_code().into(),
-            (0x6040, 0) => servo.controlword().0.into(),
-            (0x6041, 0) => self.statusword().0.into(),
-            (0x6061, 0) => servo.mode().map_or(0, Mode::code).into(),
-            (0x6062, 0) => servo.position_demand().into(),
-            (0x6063, 0) => servo.position_actual_increments().into(),
-            (0x6064, 0) => servo.position_actual().into(),
-            (0x606B, 0) => servo.velocity_demand().into(),
-            (0x606C, 0) => servo.velocity_actual().into(),
-            (0x6074, 0) => servo.torque_demand().into(),
-            (0x6075, 0) => servo.rated_current().into(),
-            (0x6076, 0) => servo.rated_torque().into(),
-            (0x6077, 0) | (0x6078, 0) => servo.torque_actual().into(),
-            (0x60F4, 0) => servo.following_error_puu().into(),
-            (0x60FC, 0) => servo.position_demand_increments().into(),
-            (0x60FD, 0) => servo.digital_inputs().into(),
-            (0.., 0..) => return Err(Abort::INTERNAL),
+        Some(match at.pair() {
+            (0x603F, 0) => Value::U16(servo.error_code()),
+            (0x6040, 0) => Value::U16(servo.controlword().0),
+            (0x6041, 0) => Value::U16(self.statusword().0),
+            (0x6061, 0) => Value::I8(servo.mode().map_or(0, Mode::code)),
+            (0x6062, 0) => Value::I32(servo.position_demand()),
+            (0x6063, 0) => Value::I32(servo.position_actual_increments()),
+            (0x6064, 0) => Value::I32(servo.position_actual()),
+            (0x606B, 0) => Value::I32(servo.velocity_demand()),
+            (0x606C, 0) => Value::I32(servo.velocity_actual()),
+            (0x6074, 0) => Value::I16(servo.torque_demand()),
+            (0x6075, 0) => Value::U32(servo.rated_current()),
+            (0x6076, 0) => Value::U32(servo.rated_torque()),
+            (0x6077, 0) | (0x6078, 0) => Value::I16(servo.torque_actual()),
+            (0x60F4, 0) => Value::I32(servo.following_error_puu()),
+            (0x60FC, 0) => Value::I32(servo.position_demand_increments()),
+            (0x60FD, 0) => Value::U32(servo.digital_inputs()),
+            (0.., 0..) => return None,
         })
     }
 
@@ -149,12 +149,14 @@ impl Application for Drive {
     }
 
     fn read(&self, at: Address) -> Result<Value<'_>, Abort> {
-        let number = if let Some(link) = self.link(at) {
-            link.read(self.servo.settings())
-        } else if let Some(place) = stored::place(at.pair()) {
-            self.servo.settings().stored(place).into()
-        } else {
-            self.actual(at)?
+        // What PDOs carry comes first: it needs no table.
+        if let Some(value) = self.actual(at) {
+            return Ok(value);
+        }
+        let number = match (self.link(at), stored::place(at.pair())) {
+            (Some(link), _) => link.read(self.servo.settings()),
+            (None, Some(place)) => self.servo.settings().stored(place).into(),
+            (None, None) => return Err(Abort::INTERNAL),
         };
         self.value(at, number)
     }

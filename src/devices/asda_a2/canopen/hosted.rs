@@ -65,14 +65,14 @@ impl CanopenDevice for AsdaA2 {
         if self.quirks.overrun_alarms {
             self.watch_overrun(now, frame);
         }
-        self.node.handle_frame(now, frame, &mut self.drive);
-        self.node.handle_change(now, &mut self.drive);
+        if !self.node.hear(now, frame, &mut self.drive) {
+            self.node.handle_change(now, &mut self.drive);
+        }
     }
 
     fn handle_timeout(&mut self, now: Instant) {
         self.drive.servo.advance(now);
         self.node.handle_timeout(now, &mut self.drive);
-        self.node.handle_change(now, &mut self.drive);
     }
 
     fn handle_error_state(&mut self, now: Instant, _: ErrorState, state: ErrorState) {
