@@ -185,15 +185,15 @@ impl fmt::Display for NoEffect {
             ),
             Self::RpdoOff { pdo } => write!(
                 f,
-                "RPDO{pdo} ignored: it is off or has another identifier; write its COB-ID (140{}h:01), or send the one that it has",
-                pdo.place()
+                "RPDO{pdo} ignored: it is off or has another identifier; write its COB-ID ({}:01), or send the one that it has",
+                pdo.object(0x1400)
             ),
             Self::TpdoRequest { pdo } => write!(
                 f,
-                "remote request of TPDO{pdo} ignored: bit 30 of its COB-ID (180{}h:01) is 1, or the device answers none; send \
-                 SYNC, or set its transmission type to 255 (180{}h:02)",
-                pdo.place(),
-                pdo.place()
+                "remote request of TPDO{pdo} ignored: bit 30 of its COB-ID ({}:01) is 1, or the device answers none; send \
+                 SYNC, or set its transmission type to 255 ({}:02)",
+                pdo.object(0x1800),
+                pdo.object(0x1800)
             ),
             Self::Guarding { heartbeat: true } => f.write_str(
                 "guarding request ignored: the node produces heartbeats (1017h is not 0); take those, or write 1017h = 0",

@@ -35,6 +35,12 @@ impl Why for Driven {
             });
         }
     }
+
+    /// Of the first axis.
+    fn waits(&self) -> Option<&dyn fmt::Display> {
+        let drive = &self.axes.first()?.drive;
+        Some(reasons::waits_for(drive.mode(), drive.controlword()))
+    }
 }
 
 impl Axis {
@@ -61,9 +67,5 @@ impl Axis {
         tell_if(enabled && mode == Some(Mode::InterpolatedPosition) && !bits(0x10), INTERPOLATION);
         tell_if(enabled && drive.is_limited(), LIMITED);
         tell_if(drive.inputs().blocked, BLOCKED);
-    }
-
-    fn waits(&self) -> Option<&dyn fmt::Display> {
-        Some(reasons::waits_for(self.drive.mode(), self.drive.controlword()))
     }
 }

@@ -9,7 +9,7 @@ use crate::can_bus::canopen::emcy;
 use crate::can_bus::canopen::event::{Event, NoEffect};
 use crate::can_bus::canopen::parameter::PdoParameters;
 use crate::can_bus::canopen::pdo::mapping::{self, Pieces};
-use crate::can_bus::canopen::pdo::{MAX_MAPPED, TransmissionType};
+use crate::can_bus::canopen::pdo::{MAX_MAPPED, PdoNumber, TransmissionType};
 use crate::time::Instant;
 
 /// One RPDO.
@@ -68,11 +68,8 @@ impl Node {
 
     /// A data frame for nobody at this node: the identifier may be the usual one of an RPDO.
     pub(super) fn rpdo_is_off(&mut self, id: Id) {
-        let usual = |pdo: &&PdoNumber| {
-            u16::try_from(pdo.place())
-                .is_ok_and(|place| place < 4 && cob_id::of_node(0x200 + 0x100 * place, self.node_id) == id)
-        };
-        if let Some(pdo) = PdoNumber::ALL.iter().find(usual).copied() {
+        let usual = |number: &u16| cob_id::of_node(0x100 + 0x100 * number, self.node_id) == id;
+        if let Some(pdo) = (1..=4).find(usual).and_then(PdoNumber::new) {
             self.no_effect(NoEffect::RpdoOff { pdo });
         }
     }

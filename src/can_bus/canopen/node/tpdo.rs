@@ -184,7 +184,7 @@ impl Node {
         let values = self.values.tpdos.at(place);
         let Some(tpdo) = self.tpdos.get(place) else { return };
         if !self.policy.tpdo_rtr || CobId(values.cob_id).bit_30() {
-            return self.no_effect(NoEffect::TpdoRequest { pdo });
+            return self.no_effect(NoEffect::TpdoRequest { pdo: values.number });
         }
         let data = match tpdo.trigger {
             Trigger::RequestSampledAtSync => tpdo.data,
