@@ -89,6 +89,12 @@ impl Link for Port {
         Ok(())
     }
 
+    /// The masters have this rate from now on.
+    fn set_rate(&mut self, rate: BaudRate) -> io::Result<()> {
+        self.line(|line| line.set_baud(rate));
+        Ok(())
+    }
+
     /// Lets virtual time pass until octets have come or `timeout` is over.
     fn wait(&mut self, timeout: Option<Duration>, stop: &Stop) -> io::Result<()> {
         self.line(|line| {

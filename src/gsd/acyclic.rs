@@ -15,8 +15,12 @@ pub struct AcyclicKeywords {
     pub c1_response_timeout: Option<u16>,
     /// C1_Read_Write_required.
     pub c1_required: bool,
+    /// C1_Response_Timeout, times 10 ms.
+    pub(crate) c1_response: Option<u16>,
     /// C2_Read_Write_supp.
     pub c2: bool,
+    /// C2_Response_Timeout, times 10 ms.
+    pub(crate) c2_response: Option<u16>,
     /// C2_Max_Data_Len.
     pub c2_max_data_len: Option<u8>,
     /// C2_Max_Count_Channels.
@@ -35,6 +39,10 @@ pub struct AcyclicKeywords {
     pub publisher: bool,
     /// Check_Cfg_Mode.
     pub check_cfg_mode: bool,
+    /// PrmCmd_supp.
+    pub(crate) prm_cmd: bool,
+    /// Isochron_Mode_supp.
+    pub(crate) isochron: bool,
     /// Ident_Maintenance_supp.
     pub identification: bool,
 }
@@ -51,6 +59,10 @@ impl AcyclicKeywords {
                 self.c1_response_timeout = line.first().map(|time| u16::try_from(time).unwrap_or(u16::MAX));
             }
             "c1_read_write_required" => self.c1_required = on,
+            "c1_response_timeout" => self.c1_response = line.number(),
+            "c2_response_timeout" => self.c2_response = line.number(),
+            "prmcmd_supp" => self.prm_cmd = on,
+            "isochron_mode_supp" => self.isochron = on,
             "c2_read_write_supp" => self.c2 = on,
             // A master without connections works all the same.
             "c2_read_write_required" => {}

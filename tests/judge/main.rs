@@ -12,6 +12,8 @@
 
 #[path = "../../examples/own_station.rs"]
 mod own_station;
+#[path = "../helpers/record_table.rs"]
+mod record_table;
 #[path = "../helpers/test_master/mod.rs"]
 mod test_master;
 

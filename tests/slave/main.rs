@@ -24,6 +24,8 @@ mod drive_rig;
 mod long;
 #[path = "../helpers/pkw_adversary.rs"]
 mod pkw_adversary;
+#[path = "../helpers/record_table.rs"]
+mod record_table;
 #[path = "../helpers/sentences.rs"]
 mod sentences;
 #[path = "../helpers/slave_line.rs"]

@@ -456,7 +456,9 @@ impl Emulate {
             (LinkSpec::Tcp(_), Some(BaudSpec::Auto)) => {
                 Err("--baud auto needs a pty link; a tcp link has no rate of its own".into())
             }
-            (LinkSpec::Tcp(_), Some(BaudSpec::Fixed(_) | BaudSpec::Other(_)) | None) => Ok(()),
+            (LinkSpec::Tcp(_), Some(BaudSpec::OfFile | BaudSpec::Fixed(_) | BaudSpec::Other(_)) | None) => {
+                Ok(())
+            }
             (LinkSpec::Serial(_), None) => {
                 Err("a serial line needs its rate; add for example --baud 19200, or --baud auto".into())
             }

@@ -5,7 +5,7 @@ use core::time::Duration;
 use std::path::PathBuf;
 
 use crate::host::can;
-use crate::judge::device::{node, slave};
+use crate::judge::device::{Soak, node, slave};
 use crate::judge::{Requirement, Row, Slave};
 use crate::profibus::fdl::Address;
 use crate::time::BaudRate;
@@ -47,20 +47,21 @@ pub(crate) struct Judge {
     pub(crate) link: JudgeLink,
 
     /// Judges the slave at this address:
-    /// ADDRESS[,gsd=FILE[,modules='A','B']][,ident=HEX][,cfg=HEX][,prm=HEX][,profile=ppo1..ppo5][,mirror]; mirror: its inputs
-    /// follow its outputs. What is not given it says itself
+    /// ADDRESS[,gsd=FILE[,modules='A','B']][,ident=HEX][,cfg=HEX][,prm=HEX][,profile=ppo1..ppo5|profidrive][,records=FILE.toml][,mirror];
+    /// mirror: its inputs follow its outputs. What is not given it says itself
     #[arg(long, value_name = "SPEC", group = "device", conflicts_with_all = ["capture_file", "class", "stations", "line",
-        "master_gsd", "watchdog", "retries", "hsa", "gap_factor", "ttr", "min_interval", "auto_clear", "soak", "scenarios"])]
+        "master_gsd", "watchdog", "retries", "hsa", "gap_factor", "ttr", "min_interval", "auto_clear", "scenarios"])]
     pub(crate) slave: Option<JudgedSlave>,
 
     /// Judges the CANopen node of this number: ID[,eds=FILE], with a link of a CAN bus. It is only read unless --write is given
     #[arg(long, value_name = "SPEC", group = "device", conflicts_with_all = ["capture_file", "class", "stations", "line",
-        "master_gsd", "watchdog", "retries", "hsa", "gap_factor", "ttr", "min_interval", "auto_clear", "soak", "scenarios",
+        "master_gsd", "watchdog", "retries", "hsa", "gap_factor", "ttr", "min_interval", "auto_clear", "scenarios",
         "slave", "slot", "master"])]
     pub(crate) node: Option<JudgedNode>,
 
-    /// Of a node: its objects are written, and written back: communication parameters, and values that no PDO carries
-    #[arg(long, requires = "node", conflicts_with = "slave")]
+    /// Of a device: records of a slave, and objects of a node, are written, and written back: of a node communication
+    /// parameters, and values that no PDO carries
+    #[arg(long, requires = "device")]
     pub(crate) write: bool,
 
     /// Of a device: outputs other than zero are sent, and its address is changed and changed back; process data of a node are
@@ -72,7 +73,8 @@ pub(crate) struct Judge {
     #[arg(long, requires = "device")]
     pub(crate) quick: bool,
 
-    /// The rate of the line in bit/s; several rates: the master is judged at each, and --ask configures it
+    /// The rate of the line in bit/s; several rates: the master is judged at each, and --ask configures it. A slave is judged at
+    /// the first, and must exchange data at each; gsd: the rates of its device file
     #[arg(long, value_name = "RATE[,RATE..]", value_delimiter = ',')]
     pub(crate) baud: Vec<BaudSpec>,
 
@@ -432,14 +434,46 @@ impl Judge {
         (self.baud.len() > 1).then(|| self.baud.iter().filter_map(|rate| rate.fixed()).collect())
     }
 
+    /// The rate at which a slave is judged, and the others at which it is tried; `of_file` are those of its device file.
+    pub(crate) fn rates_of_slave(&self, of_file: Vec<BaudRate>) -> (Option<BaudRate>, Vec<BaudRate>) {
+        let mut rates = match &self.baud[..] {
+            [BaudSpec::OfFile] => of_file,
+            rates => rates.iter().filter_map(|rate| rate.fixed()).collect(),
+        };
+        // The rate that every serial port has.
+        let home = rates
+            .iter()
+            .position(|rate| *rate == BaudRate::K19_2)
+            .filter(|_| self.baud == [BaudSpec::OfFile]);
+        if rates.is_empty() {
+            return (None, rates);
+        }
+        let home = rates.remove(home.unwrap_or_default());
+        (Some(home), rates)
+    }
+
+    /// How long rows of a device are tried again.
+    pub(crate) fn soak_of_device(&self) -> Option<Soak> {
+        self.soak.map(|lasts| Soak { lasts, seed: self.seed })
+    }
+
     /// Whether it can be judged at these rates.
     fn check_rates(&self) -> Result<(), String> {
+        if let Some(slave) = &self.slave
+            && self.baud == [BaudSpec::OfFile]
+        {
+            return if slave.gsd.is_some() {
+                Ok(())
+            } else {
+                Err("--baud gsd needs the device file: --slave ADDRESS,gsd=FILE".into())
+            };
+        }
         for rate in &self.baud {
             if self.node.is_some() { rate.check_can() } else { rate.check_profibus() }?;
         }
-        if self.baud.len() > 1 && (self.node.is_some() || self.slave.is_some()) {
+        if self.baud.len() > 1 && self.node.is_some() {
             return Err(
-                "a device is judged at one rate; give --baud one, and judge it again at the next".into()
+                "a node is judged at one rate; give --baud one, and judge it again at the next".into()
             );
         }
         let Some(rates) = self.rates() else { return Ok(()) };
@@ -450,6 +484,9 @@ impl Judge {
             rates.iter().enumerate().find(|(at, rate)| rates.iter().take(*at).any(|before| before == *rate))
         {
             return Err(format!("--baud names {rate} twice"));
+        }
+        if self.slave.is_some() {
+            return Ok(());
         }
         if self.ask.is_none() {
             return Err("--baud with several rates needs --ask: COMMAND rate RATE configures the master for each and starts it".into());

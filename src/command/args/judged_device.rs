@@ -21,10 +21,13 @@ pub(crate) struct JudgedSlave {
     pub(crate) cfg: Option<Vec<u8>>,
     pub(crate) prm: Option<Vec<u8>>,
     pub(crate) profile: Option<PpoType>,
+    /// It is a drive of PROFIdrive 3 or 4.
+    pub(crate) profidrive: bool,
+    pub(crate) records: Option<PathBuf>,
     pub(crate) mirror: bool,
 }
 
-const FORM: &str = "expected ADDRESS[,gsd=FILE[,modules='A','B']][,ident=HEX][,cfg=HEX][,prm=HEX][,profile=ppo1..ppo5][,mirror]";
+const FORM: &str = "expected ADDRESS[,gsd=FILE[,modules='A','B']][,ident=HEX][,cfg=HEX][,prm=HEX][,profile=ppo1..ppo5|profidrive][,records=FILE.toml][,mirror]";
 
 impl FromStr for JudgedSlave {
     type Err = String;
@@ -40,6 +43,8 @@ impl FromStr for JudgedSlave {
             cfg: None,
             prm: None,
             profile: None,
+            profidrive: false,
+            records: None,
             mirror: false,
         };
         let mut in_modules = false;
@@ -59,10 +64,12 @@ impl FromStr for JudgedSlave {
                 "ident" => slave.ident = Some(ident(value)?),
                 "cfg" => slave.cfg = Some(octets(key, value)?),
                 "prm" => slave.prm = Some(octets(key, value)?),
+                "records" if !value.is_empty() => slave.records = Some(value.into()),
+                "profile" if value == "profidrive" => slave.profidrive = true,
                 "profile" => {
                     let number = value.strip_prefix("ppo").unwrap_or_default();
                     slave.profile = Some(ppo(number).map_err(|_| {
-                        format!("profile '{value}' is unknown; expected ppo1, ppo2, ppo3, ppo4 or ppo5")
+                        format!("profile '{value}' is unknown; expected ppo1 to ppo5, or profidrive")
                     })?);
                 }
                 "mirror" if value.is_empty() => slave.mirror = true,

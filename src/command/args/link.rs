@@ -93,6 +93,8 @@ pub(super) fn host_and_port(place: &str, example: &str, form: &str) -> Result<St
 pub(crate) enum BaudSpec {
     /// As the master sets it.
     Auto,
+    /// Each of the device file.
+    OfFile,
     Fixed(BaudRate),
     /// In bit/s, none of PROFIBUS: what it is on CAN the link says.
     Other(u32),
@@ -109,14 +111,14 @@ impl BaudSpec {
     pub(crate) const fn fixed(self) -> Option<BaudRate> {
         match self {
             Self::Fixed(rate) => Some(rate),
-            Self::Auto | Self::Other(_) => None,
+            Self::Auto | Self::OfFile | Self::Other(_) => None,
         }
     }
 
     /// The rate of a CAN bus.
     pub(crate) fn can(self) -> Option<BitRate> {
         let bits = match self {
-            Self::Auto => return None,
+            Self::Auto | Self::OfFile => return None,
             Self::Other(bits) => bits,
             Self::Fixed(rate) => rate.bits_per_second(),
         };
@@ -128,6 +130,7 @@ impl BaudSpec {
     pub(super) fn check_profibus(self) -> Result<(), String> {
         match self {
             Self::Auto | Self::Fixed(_) => Ok(()),
+            Self::OfFile => Err("--baud gsd is for judge --slave ADDRESS,gsd=FILE".into()),
             Self::Other(bits) => {
                 Err(format!("--baud {bits} is no rate of PROFIBUS; {}", expected_rates(BaudRate::ALL)))
             }
@@ -141,7 +144,7 @@ impl BaudSpec {
         match self {
             _ if self.can().is_some() => Ok(()),
             Self::Auto => Err(format!("--baud auto is for PROFIBUS; on a CAN bus expected one of {rates}")),
-            Self::Other(_) | Self::Fixed(_) => {
+            Self::OfFile | Self::Other(_) | Self::Fixed(_) => {
                 Err(format!("--baud {self} is no rate of a CAN bus; expected one of {rates}"))
             }
         }
@@ -152,6 +155,7 @@ impl fmt::Display for BaudSpec {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Auto => f.write_str("auto"),
+            Self::OfFile => f.write_str("gsd"),
             Self::Fixed(rate) => rate.bits_per_second().fmt(f),
             Self::Other(bits) => bits.fmt(f),
         }
@@ -164,6 +168,9 @@ impl FromStr for BaudSpec {
     fn from_str(spec: &str) -> Result<Self, String> {
         if spec == "auto" {
             return Ok(Self::Auto);
+        }
+        if spec == "gsd" {
+            return Ok(Self::OfFile);
         }
         let bits = spec.parse().map_err(|_| {
             format!("'{spec}' is no rate; expected auto or bits per second, for example 500000")

@@ -13,6 +13,7 @@ use crate::host::link::serial::Serial;
 use crate::host::link::tcp::Connection;
 #[cfg(unix)]
 use crate::host::link::terminal::Terminal;
+use crate::host::list::records_of_file;
 use crate::host::{Link, SystemClock};
 use crate::judge::device::Attendant;
 use crate::judge::device::slave::{Live, Setup, Sight, live};
@@ -28,10 +29,13 @@ pub(super) fn slave(args: &args::Judge, slave: &JudgedSlave) -> Result<ExitCode,
     create_reports(args)?;
     let stop = stop(args)?;
     let clock = SystemClock::new();
-    let (link, path, sight) = open(args)?;
+    let of_file = setup.gsd.as_ref().map(|gsd| gsd.rates.iter().collect()).unwrap_or_default();
+    let (rate, rates) = args.rates_of_slave(of_file);
+    let setup = Setup { rates, ..setup };
+    let (link, path, sight) = open(args, rate)?;
     let link = captured(args, link, &path, clock)?;
     announce(&path, slave)?;
-    let line = Live { link, clock: Box::new(clock), sight, rate: args.rate().unwrap_or(UNTIMED_RATE), stop };
+    let line = Live { link, clock: Box::new(clock), sight, rate: rate.unwrap_or(UNTIMED_RATE), stop };
     let attendant = args.ask.as_deref().map(attendant);
     let report = live(setup, &rows_of(&args.only), line, attendant, &mut say);
     finish(args, report, &format!("DP slave {}", slave.address))
@@ -47,8 +51,7 @@ pub(super) fn attendant(command: &str) -> Box<dyn Attendant> {
 }
 
 /// The line to the device, what is at its other end, and how far its times can be trusted.
-fn open(args: &args::Judge) -> Result<(Box<dyn Link>, String, Sight), Failure> {
-    let rate = args.rate();
+fn open(args: &args::Judge, rate: Option<BaudRate>) -> Result<(Box<dyn Link>, String, Sight), Failure> {
     let failed = |error| Failure::from_error(&error);
     let listening = |spec: LinkSpec| {
         let rate = Some(rate.unwrap_or(UNTIMED_RATE));
@@ -112,10 +115,20 @@ fn setup(args: &args::Judge, slave: &JudgedSlave) -> Result<Setup, Failure> {
         gsd: gsd.map(Box::new),
         modules,
         profile: slave.profile,
+        profidrive: slave.profidrive,
+        records: slave
+            .records
+            .as_deref()
+            .map(records_of_file)
+            .transpose()
+            .map_err(Failure::Usage)?
+            .map(Box::new),
         mirror: slave.mirror,
         owner,
         slot: args.slot.map(Duration::from_millis),
         moves_allowed: args.moves_allowed,
+        writes_allowed: args.write,
+        soak: args.soak_of_device(),
         quick: args.quick,
         limit: args.time.map(Duration::from_secs),
         ..plain

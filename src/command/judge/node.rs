@@ -31,6 +31,7 @@ pub(super) fn node(args: &args::Judge, judged: &JudgedNode) -> Result<ExitCode, 
         write: args.write,
         moves_allowed: args.moves_allowed,
         quick: args.quick,
+        soak: args.soak_of_device(),
         limit: args.time.map(Duration::from_secs),
         ..Setup::new(judged.node)
     };

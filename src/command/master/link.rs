@@ -18,7 +18,7 @@ const UNTIMED_RATE: BaudRate = BaudRate::K500;
 pub(super) fn open(args: &Master) -> Result<(Box<dyn Link>, Settings), Failure> {
     let baud = match args.baud {
         Some(BaudSpec::Fixed(rate)) => rate,
-        Some(BaudSpec::Auto | BaudSpec::Other(_)) | None => UNTIMED_RATE,
+        Some(BaudSpec::Auto | BaudSpec::OfFile | BaudSpec::Other(_)) | None => UNTIMED_RATE,
     };
     let untimed = Settings::untimed(args.master_address, baud);
     let opened: Result<(Box<dyn Link>, Settings), _> = match &args.link {

@@ -45,6 +45,7 @@ use std::path::Path;
 pub use choice::{Choice, Choices, QuirkRow, Takes};
 pub use given::Given;
 pub use group::Group;
+pub(crate) use slaves::records_of_file;
 pub use slaves::{Ground, MakeError, Prepared, Slave, ppo, table_of_file};
 pub use spec::Spec;
 pub use wrong::Wrong;

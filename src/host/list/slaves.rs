@@ -465,7 +465,7 @@ fn table(choices: &Choices) -> Result<Table, Wrong> {
 
 /// The records of a station from their file.
 #[cfg(feature = "parameters")]
-fn records_of_file(file: &Path) -> Result<StationRecords, String> {
+pub(crate) fn records_of_file(file: &Path) -> Result<StationRecords, String> {
     let name = file.display();
     let text = std::fs::read_to_string(file).map_err(|error| format!("cannot read {name}: {error}"))?;
     StationRecords::from_toml(&text).map_err(|error| format!("{name}, {error}"))
@@ -473,7 +473,7 @@ fn records_of_file(file: &Path) -> Result<StationRecords, String> {
 
 /// Reads nothing: the feature `parameters` is off.
 #[cfg(not(feature = "parameters"))]
-fn records_of_file(file: &Path) -> Result<StationRecords, String> {
+pub(crate) fn records_of_file(file: &Path) -> Result<StationRecords, String> {
     let name = file.display();
     Err(format!("{name}: this program reads no records; build it with the feature parameters"))
 }

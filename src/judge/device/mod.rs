@@ -13,6 +13,7 @@
 //! | `play` | the run: rows one after the other, and what one says of the others |
 //! | `ending` | [`Ending`]: how a judgement of a device ends |
 //! | `attendant` | [`Attendant`]: who does by hand what the bus cannot |
+//! | `soak` | [`Soak`]: rows that are tried again at random |
 //! | [`node`] | CANopen nodes |
 //! | [`slave`] | DP slaves |
 //!
@@ -26,7 +27,9 @@ pub mod node;
 mod play;
 mod row;
 pub mod slave;
+mod soak;
 
 pub use attendant::Attendant;
 pub use ending::Ending;
 pub use row::Row;
+pub use soak::Soak;

@@ -2,9 +2,10 @@
 
 use core::time::Duration;
 
-use super::Ending;
 use super::course::{Course, Halt};
 use super::row::{By, Judge, Row, Table};
+use super::{Ending, Soak};
+use crate::chance::Random;
 use crate::judge::Progress;
 use crate::judge::moment::Telegram;
 use crate::judge::report::ReportOf;
@@ -38,6 +39,9 @@ pub(super) trait Trial: Table {
     /// Why data were never exchanged; `None`: they were, or nobody tried.
     fn never_exchanged(&self) -> Option<String>;
 
+    /// How long rows are tried again; `None`: each is tried once.
+    fn soak(&self) -> Option<Soak>;
+
     /// What was configured, for the report. Asked in the end.
     fn words(&self) -> Vec<(&'static str, String)>;
 }
@@ -54,7 +58,7 @@ pub(super) fn run<P: Trial>(
     let (watched, tried): (Vec<_>, Vec<_>) =
         needs_first(wanted).into_iter().partition(|row| matches!(row.entry.by, By::Watching(_)));
     let of = tried.len();
-    for (number, row) in (1..).zip(tried) {
+    for (number, row) in (1..).zip(tried.iter().copied()) {
         if let Some(ending) = device.must_end() {
             run.end(ending);
         }
@@ -64,6 +68,9 @@ pub(super) fn run<P: Trial>(
             told(&Progress { number, of, name, left: left(spent, number, of) });
         }
         run.row(device, row);
+    }
+    if let Some(soak) = device.soak() {
+        run.soak(device, soak, &tried, told);
     }
     for row in watched {
         run.row(device, row);
@@ -158,6 +165,46 @@ impl<P: Trial> Run<P> {
         };
         let took = device.now().saturating_since(begun);
         self.judgements.push(JudgementOf { took, ..judgement });
+    }
+
+    /// Rows that held, tried again at random until the time is over. One that breaks is not tried any more.
+    fn soak(&mut self, device: &mut P, soak: Soak, tried: &[Row<P>], told: &mut dyn FnMut(&Progress)) {
+        let mut random = Random::new(soak.seed);
+        let until = device.now().saturating_add(soak.lasts);
+        let of = tried.len();
+        for number in of + 1.. {
+            if let Some(ending) = device.must_end() {
+                self.end(ending);
+            }
+            let now = device.now();
+            let held: Vec<usize> = self
+                .judgements
+                .iter()
+                .enumerate()
+                .filter(|(_, judgement)| judgement.verdict == Verdict::Pass)
+                .map(|(place, _)| place)
+                .collect();
+            if self.ending.is_some() || now >= until || held.is_empty() {
+                return;
+            }
+            let Some(place) = held.get(random.below(held.len())).copied() else { return };
+            let Some(row) = self.judgements.get(place).map(|judgement| judgement.row) else { return };
+            let name = format!("{} {}", row.id(), row.text());
+            told(&Progress { number, of, name, left: until.saturating_since(now) });
+            let _ = device.take_shown();
+            let Ok((judge, tries)) = row.entry.by.judged() else { return };
+            let course = judge(device);
+            let again = self.judged(device, row, course, tries);
+            let took = device.now().saturating_since(now);
+            if let Some(judgement) = self.judgements.get_mut(place) {
+                judgement.took += took;
+                if matches!(again.verdict, Verdict::Fail | Verdict::Warn) {
+                    let reason = format!("when it was tried again: {}", again.reason);
+                    let took = judgement.took;
+                    *judgement = JudgementOf { reason, took, ..again };
+                }
+            }
+        }
     }
 
     /// The first row that this one needs, and that failed or was not judged because of one.

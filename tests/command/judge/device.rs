@@ -1,8 +1,10 @@
 //! `profidrive judge --slave`: a device behind a terminal, TCP, or a terminal of the judge.
 
 use std::fs;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{self, BufRead, BufReader, Read};
+use std::net::TcpStream;
 use std::process::{Child, Command, Stdio};
+use std::thread;
 
 use serde_json::Value;
 
@@ -74,6 +76,92 @@ fn a_slave_behind_tcp_and_one_that_opens_the_terminal_of_the_judge() {
     assert_eq!(judge.wait().unwrap().code(), Some(0), "{stdout}");
 }
 
+/// The place behind `tcp:` in a ready line.
+fn tcp_of(link: &str) -> TcpStream {
+    TcpStream::connect(link.strip_prefix("tcp:").unwrap()).unwrap()
+}
+
+#[test]
+fn a_slave_that_connects_to_the_judge() {
+    let (mut judge, ready, mut rest) = start(&[
+        "--slave",
+        "5",
+        "--link",
+        "tcp-listen:127.0.0.1:0",
+        "--only",
+        "S-X01,S-P0*,S-D0*",
+        "--quick",
+    ]);
+    let place = ready.split_whitespace().find_map(|word| word.strip_prefix("link=")).unwrap();
+    let drive = emulate(&["--drive", "5", "--link", "tcp:127.0.0.1:0"]);
+    // A gateway: it connects to both.
+    let (to_judge, to_drive) = (tcp_of(place), tcp_of(&drive.1));
+    for stream in [&to_judge, &to_drive] {
+        stream.set_nodelay(true).unwrap();
+    }
+    for (mut from, mut to) in
+        [(to_judge.try_clone().unwrap(), to_drive.try_clone().unwrap()), (to_drive, to_judge)]
+    {
+        thread::spawn(move || io::copy(&mut from, &mut to));
+    }
+    let mut stdout = String::new();
+    rest.read_to_string(&mut stdout).unwrap();
+    assert_eq!(judge.wait().unwrap().code(), Some(0), "{stdout}");
+}
+
+#[test]
+fn the_rates_of_a_serial_line_and_a_soak() {
+    let folder = tempfile::tempdir().unwrap();
+    let bus = folder.path().join("bus");
+    let gsd = concat!(env!("CARGO_MANIFEST_DIR"), "/gsd/PDRV494F.GSD");
+    let spec = format!("7,gsd={gsd}");
+    let _station = emulate(&["--station", &spec, "--link", &format!("pty:{}", bus.display())]);
+    let serial = format!("serial:{}", bus.display());
+    let rows = "S-X01,S-P01,S-G01,S-R*";
+    let (status, stdout, stderr) = run(&[
+        "--slave",
+        &spec,
+        "--link",
+        &serial,
+        "--baud",
+        "19200,500000",
+        "--only",
+        rows,
+        "--soak",
+        "2s",
+        "--seed",
+        "7",
+    ]);
+    assert_eq!(status, Some(0), "{stdout}{stderr}");
+    assert!(stdout.contains("pass       S-R07"), "{stdout}");
+    assert!(stdout.contains("not_judged S-R08"), "{stdout}");
+    assert!(stderr.contains("again, about"), "{stderr}");
+    // Each rate of its file.
+    let (status, stdout, stderr) =
+        run(&["--slave", &spec, "--link", &serial, "--baud", "gsd", "--only", rows]);
+    assert_eq!(status, Some(0), "{stdout}{stderr}");
+    let judged = stdout.lines().filter(|line| line.contains("pass       S-R")).count();
+    assert!(judged >= 6, "{stdout}");
+}
+
+#[test]
+fn records_of_a_slave_of_dp_v1_are_judged() {
+    let folder = tempfile::tempdir().unwrap();
+    let [bus, gsd, records] = ["bus", "v1.gsd", "records.toml"].map(|name| folder.path().join(name));
+    let text = "#Profibus_DP\nIdent_Number=0x1234\n500_supp=1\nDPV1_Slave=1\nC1_Read_Write_supp=1\nC2_Read_Write_supp=1\n\
+        C2_Max_Count_Channels=2\nMax_User_Prm_Data_Len=3\nExt_User_Prm_Data_Const(0)=0x80,0,0\nModule=\"word\" 0x70\nEndModule\n";
+    fs::write(&gsd, text).unwrap();
+    fs::write(&records, "[[record]]\nslot = 1\nindex = 10\ndata = \"01 02 03 04\"\n").unwrap();
+    let spec = format!("7,gsd={},records={}", gsd.display(), records.display());
+    let station = emulate(&["--station", &spec, "--link", &format!("pty:{}", bus.display())]);
+    let (status, stdout, stderr) =
+        run(&["--slave", &spec, "--link", &station.1, "--only", "S-X01,S-F13,V1-*", "--write", "--quick"]);
+    assert_eq!(status, Some(0), "{stdout}{stderr}");
+    for row in ["V1-R06", "V1-R23", "V1-R70", "V1-R75"] {
+        assert!(stdout.contains(&format!("pass       {row}")), "{row}: {stdout}");
+    }
+}
+
 #[test]
 fn nobody_is_no_verdict_and_a_failure_shows_what_was_expected() {
     let folder = tempfile::tempdir().unwrap();
@@ -116,6 +204,8 @@ fn a_command_line_that_cannot_be_is_refused() {
         (&["--slave", "2", "--master", "2"][..], "is the address of the slave"),
         (&["--quick", "--station", "5,ident=1234,cfg=2313"][..], "--slave"),
         (&["--slave", "5,modules='A'"][..], "gsd=FILE"),
+        (&["--slave", "5", "--baud", "gsd"][..], "needs the device file"),
+        (&["--station", "5,ident=1234,cfg=2313", "--baud", "gsd"][..], "is for judge --slave"),
     ] {
         let (status, _, stderr) = run(arguments);
         assert_eq!(status, Some(2), "{arguments:?}: {stderr}");

@@ -7,13 +7,11 @@ use profidrive::devices::ag03::param::Model;
 use profidrive::devices::ag03::profibus::Config;
 use profidrive::devices::ppo_drive::profibus::{CONFIGURATIONS, IDENT_NUMBER, PpoDrive, PpoOnly};
 use profidrive::devices::ppo_drive::table::Table;
-use profidrive::devices::profidrive4::profibus::{Family, ProfidriveDevice, TelegramOnly};
 use profidrive::gsd::{self, Gsd};
-use profidrive::host::{GsdStation, HostedPpoDrive, HostedProfidrive, PpoJudge, Refusals};
+use profidrive::host::{GsdStation, HostedPpoDrive, PpoJudge, Refusals};
 use profidrive::judge::Requirement as _;
 use profidrive::judge::device::slave::{Report, Row, Setup, simulated};
 use profidrive::profibus::dp::{Description, Fixed};
-use profidrive::profibus::dpv1::{Identification, Offer};
 use profidrive::profibus::fdl::Address;
 use profidrive::time::{BaudRate, Instant};
 
@@ -80,19 +78,24 @@ fn the_drive_of_the_profile() {
 }
 
 #[test]
-fn the_drive_of_profidrive_4() {
-    let gsd = file("gsd/PDRV5034.GSD");
+fn a_station_of_dp_v1_with_records() {
+    let gsd = super::rig::file(super::mistakes::V1);
     let station = gsd::Station::new(gsd.clone(), gsd::Policy::PROPOSED).unwrap();
-    let description = station.description();
-    let application = TelegramOnly { inner: station, only: None };
-    let acyclic = (Offer::NONE, Identification::PLAIN);
-    let family = Family::new(&[]).unwrap();
-    let parts = (description, application);
-    let drive = ProfidriveDevice::new(address(), BAUD, parts, acyclic, family, Instant::ZERO);
-    let report = judged(Some(gsd), vec![0], |line| {
-        line.add(HostedProfidrive::new(drive, Refusals::default())).unwrap();
-    });
-    is_right("PROFIdrive", &report);
+    let station =
+        GsdStation::new(address(), BAUD, station, Refusals::default()).with_records(super::whole::known());
+    let port = Port::new(BAUD);
+    port.line(|line| line.add(station).unwrap());
+    let setup = Setup {
+        gsd: Some(Box::new(gsd)),
+        records: Some(Box::new(super::whole::known())),
+        writes_allowed: true,
+        moves_allowed: true,
+        ..Setup::new(address())
+    };
+    let report = simulated(&port, setup, &Row::all(), None).unwrap();
+    is_right("DP-V1", &report);
+    let applies = report.judgements.iter().filter(|row| row.row.id().starts_with("V1-") && row.applies);
+    assert_eq!(applies.count(), 66, "{report}");
 }
 
 #[test]

@@ -8,10 +8,14 @@ use profidrive::profibus::dp::{Description, Fixed, Station};
 use profidrive::profibus::fdl::Address;
 use profidrive::time::BaudRate;
 
+mod changed;
 mod devices;
+mod drives;
 mod mistakes;
 mod profile;
+mod rates;
 mod rig;
+mod whole;
 
 /// Judges what is on a line of its own.
 fn judged(station: impl Participant) -> Report {
@@ -57,21 +61,35 @@ fn needs_are_rows_of_the_table_and_never_go_round() {
     }
 }
 
+/// The part of the page that this test writes begins here.
+const ROWS: &str = "## The rows\n";
+
 #[test]
 fn the_page_names_every_row() {
-    let page = include_str!("../../../docs/judge-devices.md");
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/judge-devices.md");
+    let page = std::fs::read_to_string(file).unwrap();
+    let (before, _) = page.split_once(ROWS).unwrap();
+    let mut table = String::new();
+    let mut group = "";
     for row in Row::all() {
+        if row.group() != group {
+            group = row.group();
+            table.push_str(&format!(
+                "\n### {group}\n\n| row | P | C | what must come | the reference |\n| --- | --- | --- | --- | --- |\n"
+            ));
+        }
         let how = match row.unseen() {
             Some(why) => format!("not judged: {why}"),
             None => row.rule().unwrap().into(),
         };
-        let line = format!(
-            "| {} | {} | {:?} | {} | {how} |",
-            row.id(),
-            row.priority(),
-            row.confidence(),
-            row.text()
-        );
-        assert!(page.contains(&line), "docs/judge-devices.md has not:\n{line}");
+        let (id, priority, confidence, text) = (row.id(), row.priority(), row.confidence(), row.text());
+        table.push_str(&format!("| {id} | {priority} | {confidence:?} | {text} | {how} |\n"));
     }
+    let letters = "P: 1 mandatory, 2 expected of any slave, 3 good practice. C: A a page of the standard, B two manuals, C one device or trace, U open.";
+    let expected = format!("{before}{ROWS}\n{letters}\n{table}");
+    if std::env::var_os("PROFIDRIVE_REWRITE").is_some() {
+        std::fs::write(file, &expected).unwrap();
+    }
+    let now = std::fs::read_to_string(file).unwrap();
+    assert!(now == expected, "docs/judge-devices.md: PROFIDRIVE_REWRITE=1 writes its rows anew");
 }

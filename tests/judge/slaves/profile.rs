@@ -1,78 +1,21 @@
 //! Drives of PROFIDRIVE version 2: a right one of each PPO, and mistakes in the parameter channel and the states.
 
 use profidrive::bench::Port;
-use profidrive::devices::StationEvent;
 use profidrive::devices::ppo_drive::profibus::{CONFIGURATIONS, IDENT_NUMBER, PpoDrive, PpoOnly};
 use profidrive::devices::ppo_drive::table::Table;
-use profidrive::host::{HostedPpoDrive, Participant, PpoJudge, Refusals};
+use profidrive::host::{HostedPpoDrive, PpoJudge, Refusals};
 use profidrive::judge::Requirement as _;
 use profidrive::judge::device::slave::{Report, Row, Setup, simulated};
 use profidrive::profibus::dp::{Description, Fixed};
-use profidrive::profibus::fdl::{Address, MAX_TELEGRAM_LEN, Telegram};
+use profidrive::profibus::fdl::Address;
 use profidrive::profibus::ppo::PpoType;
 use profidrive::time::{BaudRate, Instant};
 
 use super::broken;
+use super::changed::{Change, Changed};
 
 const BAUD: BaudRate = BaudRate::K500;
 const KINDS: [PpoType; 5] = [PpoType::Ppo1, PpoType::Ppo2, PpoType::Ppo3, PpoType::Ppo4, PpoType::Ppo5];
-
-/// What becomes of the inputs, beside the last outputs.
-type Change = fn(&[u8], &mut [u8]);
-
-/// A drive whose inputs are changed on their way.
-struct Changed {
-    drive: HostedPpoDrive,
-    change: Change,
-    outputs: Vec<u8>,
-}
-
-impl Participant for Changed {
-    fn address(&self) -> Address {
-        self.drive.address()
-    }
-
-    fn set_baud(&mut self, baud: BaudRate) {
-        self.drive.set_baud(baud);
-    }
-
-    fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent)) {
-        self.outputs.clear();
-        if let Telegram::Data(data) = telegram
-            && data.dsap.is_none()
-        {
-            self.outputs.extend(data.data);
-        }
-        self.drive.handle_telegram(now, telegram, news);
-    }
-
-    fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(StationEvent)) {
-        self.drive.handle_timeout(now, news);
-    }
-
-    fn poll_transmit(
-        &mut self,
-        now: Instant,
-        buf: &mut [u8; MAX_TELEGRAM_LEN],
-        news: &mut dyn FnMut(StationEvent),
-    ) -> Option<usize> {
-        let len = self.drive.poll_transmit(now, buf, news)?;
-        // SD2 without SAPs: the inputs begin behind FC.
-        if len > 9 && !self.outputs.is_empty() && buf[4] < 0x80 {
-            (self.change)(&self.outputs, &mut buf[7..len - 2]);
-            buf[len - 2] = buf[4..len - 2].iter().fold(0_u8, |sum, octet| sum.wrapping_add(*octet));
-        }
-        Some(len)
-    }
-
-    fn poll_timeout(&self) -> Option<Instant> {
-        self.drive.poll_timeout()
-    }
-
-    fn watchdog_on(&self) -> bool {
-        self.drive.watchdog_on()
-    }
-}
 
 fn judged(kind: PpoType, change: Change) -> Report {
     let fixed = Fixed { configurations: CONFIGURATIONS, ..Fixed::PLAIN };
@@ -83,7 +26,7 @@ fn judged(kind: PpoType, change: Change) -> Report {
     let drive = PpoDrive::new(address, BAUD, parts, Table::profile(), Instant::ZERO).unwrap();
     let drive = HostedPpoDrive::new(drive, Refusals::default());
     let port = Port::new(BAUD);
-    port.line(|line| line.add(Changed { drive, change, outputs: Vec::new() }).unwrap());
+    port.line(|line| line.add(Changed::new(drive, None, change)).unwrap());
     let setup = Setup { profile: Some(kind), moves_allowed: true, ..Setup::new(address) };
     let rows: Vec<Row> = ["P-*", "S-P01", "S-G01", "S-X01"].into_iter().flat_map(Row::matching).collect();
     simulated(&port, setup, &rows, None).unwrap()

@@ -11,10 +11,13 @@ use profidrive::host::{Clock, Link, Received, Stop};
 use profidrive::judge::device::Attendant;
 use profidrive::judge::device::slave::{Live, Report, Row, Setup, Sight, live};
 use profidrive::profibus::dp::ext_diag::Block;
-use profidrive::profibus::dp::{Description, ExtDiag, Framed, Policy, State, Station};
+use profidrive::profibus::dp::{Description, ExtDiag, Policy, State, Station};
+use profidrive::profibus::dpv1::{AlarmType, Specifier, StatusType};
 use profidrive::profibus::fdl::telegram::{Decoded, decode};
 use profidrive::profibus::fdl::{Address, DataTelegram, Function, Resync, Telegram};
 use profidrive::time::{BaudRate, Instant};
+
+use super::whole::{Whole, known, records};
 
 const BAUD: BaudRate = BaudRate::K500;
 pub(crate) const SLAVE: u8 = 5;
@@ -74,7 +77,7 @@ pub(crate) const RIGHT: Mistake = Mistake {
 /// The slave, and what it remembers of the line.
 pub(crate) struct Slave {
     pub(crate) now: Instant,
-    pub(crate) framed: Framed<gsd::Station>,
+    pub(crate) framed: Whole,
     mistake: &'static Mistake,
     /// The master's octets, and when the last of them ends.
     coming: Option<(Instant, Vec<u8>)>,
@@ -86,6 +89,8 @@ pub(crate) struct Slave {
     pub(crate) request: Vec<u8>,
     /// The last reply.
     pub(crate) reply: Vec<u8>,
+    /// What a master asked for last at a SAP of DP-V1.
+    pub(crate) job: Vec<u8>,
     /// What a mistake counts or remembers.
     pub(crate) count: u32,
     pub(crate) memory: Vec<u8>,
@@ -106,6 +111,7 @@ impl Slave {
             heard: VecDeque::new(),
             request: Vec::new(),
             reply: Vec::new(),
+            job: Vec::new(),
             count: 0,
             memory: Vec::new(),
             dead: false,
@@ -133,9 +139,13 @@ impl Slave {
 
     /// Says something by itself, so much later.
     pub(crate) fn say(&mut self, after: Duration, octets: &[u8]) {
-        let begin = self.now + after;
-        let end = begin + BAUD.octet_times(octets.len() as u32);
-        self.going.push_back((end, octets.to_vec()));
+        let mut end = self.now + after;
+        // The first octets of a long one are on the line well before the last ones.
+        let part = if octets.len() > 60 { 8 } else { octets.len().max(1) };
+        for part in octets.chunks(part) {
+            end = end + BAUD.octet_times(part.len() as u32);
+            self.going.push_back((end, part.to_vec()));
+        }
     }
 
     /// Takes another telegram as if the master had sent it, and forgets its reply.
@@ -149,11 +159,14 @@ impl Slave {
         let mut buf = [0; 255];
         let due = self.framed.poll_timeout().unwrap_or(self.now);
         let _ = self.framed.poll_transmit(due, &mut buf);
-        while self.framed.poll_news().is_some() {}
     }
 
     fn hear(&mut self, octets: Vec<u8>) {
         self.request = octets.clone();
+        let content = parsed(&octets).map_or(Vec::new(), |data| data.data.to_vec());
+        if Self::dsap(&octets).is_some_and(|sap| sap <= 53) && !content.is_empty() {
+            self.job = content;
+        }
         let octets = (self.mistake.hears)(self, octets);
         if !octets.is_empty() && !self.dead {
             let now = self.now;
@@ -167,7 +180,6 @@ impl Slave {
     fn mirror(&mut self) {
         let outputs = self.framed.station().slave().outputs().to_vec();
         self.station().set_inputs(&outputs);
-        while self.framed.poll_news().is_some() {}
     }
 
     fn speak(&mut self) {
@@ -239,16 +251,42 @@ impl Slave {
                 let outputs = self.framed.station().slave().outputs().to_vec();
                 return Some(outputs.iter().map(|octet| format!("{octet:02X}")).collect());
             }
-            "set-diag" if rest == "none" => self.station().file_diagnosis(&ExtDiag::NONE),
+            "set-diag" if rest == "none" => self.framed.file_diagnosis(&ExtDiag::NONE),
             "set-diag" => {
                 let mut diagnosis = ExtDiag::fault();
                 let data = octets(rest);
                 diagnosis.push(Block::Device(&data[1..])).unwrap();
-                self.station().file_diagnosis(&diagnosis);
+                self.framed.file_diagnosis(&diagnosis);
+            }
+            "raise-alarm" | "send-status" | "set-record" => {
+                return self.act_acyclic(verb, &rest.split(' ').collect::<Vec<_>>()).then(String::new);
             }
             _ => return None,
         }
         Some(String::new())
+    }
+
+    /// Actions of DP-V1: whether it is done.
+    fn act_acyclic(&mut self, verb: &str, words: &[&str]) -> bool {
+        let number = |place: usize| words[place].parse::<u8>().unwrap();
+        let hex = |place: usize| words.get(place).map_or(Vec::new(), |hex| octets(hex));
+        let Whole { station, acyclic, records, .. } = &mut self.framed;
+        match verb {
+            "raise-alarm" => {
+                let kind = AlarmType::named(words[0]).unwrap();
+                let what = (number(1), Specifier::named(words[2]).unwrap(), words[3] == "1");
+                acyclic.raise(station, kind, what, &hex(4)).is_ok()
+            }
+            "send-status" => {
+                let kind = StatusType::numbered(number(0));
+                let specifier = Specifier::named(words[2]).unwrap();
+                acyclic.send_status(station, kind, number(1), specifier, &hex(3)).is_ok()
+            }
+            _ => {
+                records.records.get_mut(&(number(0), number(1))).unwrap().data = hex(2);
+                true
+            }
+        }
     }
 }
 
@@ -275,15 +313,16 @@ pub(crate) fn changed(octets: &[u8], change: impl FnOnce(&mut DataTelegram<'_>, 
     telegram.encode(&mut buf).unwrap().to_vec()
 }
 
-fn framed(mistake: &Mistake, address: u8) -> Framed<gsd::Station> {
-    let application = gsd::Station::new(file(mistake.file), gsd::Policy::PROPOSED).unwrap();
+fn framed(mistake: &Mistake, address: u8) -> Whole {
+    let gsd = file(mistake.file);
+    let application = gsd::Station::new(gsd.clone(), gsd::Policy::PROPOSED).unwrap();
     let mut description = application.description();
     (mistake.description)(&mut description);
     let mut policy = Policy::default();
     (mistake.policy)(&mut policy);
     let address = Address::station(address).unwrap();
     let station = Station::new(address, BAUD, None, description, application).with_policy(policy);
-    Framed::new(Resync::Idle(BAUD), station)
+    Whole::new(Resync::Idle(BAUD), station, &gsd, records())
 }
 
 /// The line to it, and its time.
@@ -337,6 +376,8 @@ pub(crate) fn judged(mistake: &'static Mistake, wanted: &[Row]) -> Report {
         gsd: Some(Box::new(file(mistake.told.unwrap_or(mistake.file)))),
         mirror: true,
         moves_allowed: true,
+        writes_allowed: true,
+        records: Some(Box::new(known())),
         limit: Some(Duration::from_secs(3600)),
         ..Setup::new(Address::station(SLAVE).unwrap())
     };

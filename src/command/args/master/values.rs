@@ -86,7 +86,9 @@ pub(super) fn node(text: &str) -> Result<NodeId, String> {
 pub(super) fn rate(text: &str) -> Result<BaudSpec, String> {
     match text.parse() {
         Ok(rate @ (BaudSpec::Fixed(_) | BaudSpec::Other(_))) => Ok(rate),
-        Ok(BaudSpec::Auto) => Err("a master sets the rate; expected a number such as 19200".into()),
+        Ok(BaudSpec::Auto | BaudSpec::OfFile) => {
+            Err("a master sets the rate; expected a number such as 19200".into())
+        }
         Err(error) => Err(error.replace("auto or ", "")),
     }
 }

@@ -13,7 +13,7 @@ use crate::explain::hex;
 use crate::judge::device::course::{Course, Halt, broken, inapplicable};
 use crate::judge::device::play::Trial;
 use crate::judge::device::row::{Group, Table};
-use crate::judge::device::{Attendant, Ending};
+use crate::judge::device::{Attendant, Ending, Soak};
 use crate::judge::moment::{Side, Telegram};
 use crate::profibus::fdl;
 use crate::time::Instant;
@@ -553,6 +553,10 @@ impl Trial for Bench {
 
     fn never_exchanged(&self) -> Option<String> {
         None
+    }
+
+    fn soak(&self) -> Option<Soak> {
+        self.setup.soak
     }
 
     fn words(&self) -> Vec<(&'static str, String)> {

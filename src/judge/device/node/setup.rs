@@ -4,6 +4,7 @@ use core::time::Duration;
 
 use crate::can_bus::canopen::NodeId;
 use crate::eds::Eds;
+use crate::judge::device::Soak;
 
 /// The node under test, and how it is judged.
 #[derive(Clone, Debug)]
@@ -19,6 +20,8 @@ pub struct Setup {
     pub moves_allowed: bool,
     /// Whether what takes long is left out.
     pub quick: bool,
+    /// How long rows are tried again at random; `None`: each is tried once.
+    pub soak: Option<Soak>,
     /// The whole may take so long.
     pub limit: Option<Duration>,
 }
@@ -26,6 +29,6 @@ pub struct Setup {
 impl Setup {
     /// A node of which nothing is known but its number, that is only read.
     pub const fn new(node: NodeId) -> Self {
-        Self { node, eds: None, write: false, moves_allowed: false, quick: false, limit: None }
+        Self { node, eds: None, write: false, moves_allowed: false, quick: false, soak: None, limit: None }
     }
 }

@@ -17,11 +17,13 @@ use crate::profibus::fdl::station::DEFAULT_MIN_TSDR;
 use crate::profibus::fdl::{Address, FrameCount, ReplyStatus};
 use crate::time::Instant;
 
+mod acyclic;
 mod hands;
 mod ppo;
 mod prm;
 mod start;
 
+pub(super) use acyclic::{CLASS_2_SAP, Channel, Granted, UNIT, abort, initiate, is_negative, service};
 pub(super) use hands::{CLEAR, FREEZE_COMMAND, SYNC_COMMAND, UNFREEZE_COMMAND, UNSYNC_COMMAND};
 pub(super) use ppo::pkw;
 pub(super) use prm::{FREEZE, LOCK, Prm, SYNC, UNLOCK};

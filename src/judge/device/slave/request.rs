@@ -1,6 +1,7 @@
 //! What a master sends: any telegram, right or wrong.
 
 use crate::profibus::dp;
+use crate::profibus::dpv1::{ALARM_SAP, EXT_PRM_SAP, MS1_SAP, RESOURCE_MANAGER_SAP};
 use crate::profibus::fdl::telegram::Format;
 use crate::profibus::fdl::{Address, DataTelegram, FrameCount, FunctionCode, MAX_TELEGRAM_LEN, Sap, Service};
 
@@ -71,7 +72,15 @@ impl Request {
             Service::SrdLow | Service::SrdHigh => {
                 let dsap = self.dsap.and_then(Sap::new);
                 let ssap = self.ssap.and_then(Sap::new);
-                dp::Service::of(dsap, ssap).map_or("the request to an unknown SAP", dp::Service::name)
+                let acyclic = || match self.dsap {
+                    Some(EXT_PRM_SAP) => "Set_Ext_Prm",
+                    Some(MS1_SAP) => "the telegram to SAP 51",
+                    Some(ALARM_SAP) => "the telegram to SAP 50",
+                    Some(RESOURCE_MANAGER_SAP) => "the telegram to SAP 49",
+                    Some(..RESOURCE_MANAGER_SAP) => "the telegram to the SAP of a connection",
+                    Some(_) | None => "the request to an unknown SAP",
+                };
+                dp::Service::of(dsap, ssap).map_or_else(acyclic, dp::Service::name)
             }
         }
     }

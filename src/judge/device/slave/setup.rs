@@ -3,8 +3,11 @@
 use core::time::Duration;
 
 use crate::gsd::Gsd;
+use crate::host::StationRecords;
+use crate::judge::device::Soak;
 use crate::profibus::fdl::Address;
 use crate::profibus::ppo::PpoType;
+use crate::time::BaudRate;
 
 /// The slave under test, and how it is judged.
 #[derive(Clone, Debug)]
@@ -23,6 +26,10 @@ pub struct Setup {
     pub modules: Vec<usize>,
     /// It is a drive of PROFIDRIVE version 2 with this PPO.
     pub profile: Option<PpoType>,
+    /// It is a drive of PROFIdrive 3 or 4: record 47 has its parameters.
+    pub profidrive: bool,
+    /// What is known of its records; `None`: nothing.
+    pub records: Option<Box<StationRecords>>,
     /// Its inputs follow its outputs.
     pub mirror: bool,
     /// The master that owns it while it is judged.
@@ -31,8 +38,14 @@ pub struct Setup {
     pub slot: Option<Duration>,
     /// Outputs other than zero may be sent, and its address may be changed.
     pub moves_allowed: bool,
+    /// Records and parameters may be written. What was in them is written back.
+    pub writes_allowed: bool,
     /// Whether what takes long is left out.
     pub quick: bool,
+    /// Other rates than that of the line, at which it is tried too.
+    pub rates: Vec<BaudRate>,
+    /// How long rows are tried again at random; `None`: each is tried once.
+    pub soak: Option<Soak>,
     /// The whole may take so long.
     pub limit: Option<Duration>,
 }
@@ -52,11 +65,16 @@ impl Setup {
             gsd: None,
             modules: Vec::new(),
             profile: None,
+            profidrive: false,
+            records: None,
             mirror: false,
             owner: Address::from_octet(owner),
             slot: None,
             moves_allowed: false,
+            writes_allowed: false,
             quick: false,
+            rates: Vec::new(),
+            soak: None,
             limit: None,
         }
     }

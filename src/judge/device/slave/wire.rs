@@ -1,6 +1,7 @@
 //! The line to the slave: octets out at a time, octets in until a time.
 
 use core::time::Duration;
+use std::io::ErrorKind;
 
 use super::Live;
 use crate::bench;
@@ -48,6 +49,8 @@ pub(super) struct Wire {
     pub(super) baud: BaudRate,
     pub(super) sight: Sight,
     slot: Duration,
+    /// Somebody has said it: it is the same at every rate.
+    slot_is_given: bool,
     /// When the last octet ended.
     idle_since: Instant,
     /// What passed since somebody took it.
@@ -76,11 +79,7 @@ impl Wire {
     /// A line of the operating system.
     pub(super) fn live(line: Live, slot: Option<Duration>) -> Self {
         let Live { link, clock, sight, rate: baud, stop } = line;
-        let customary = match sight {
-            Sight::Untimed => UNTIMED_SLOT,
-            Sight::Exact => baud.bit_times(baud.slot_bits().into()),
-            Sight::Measured => baud.bit_times(baud.slot_bits().into()) + LATENCY,
-        };
+        let customary = customary_slot(sight, baud);
         let idle_since = clock.now();
         Self {
             link,
@@ -89,6 +88,7 @@ impl Wire {
             baud,
             sight,
             slot: slot.unwrap_or(customary),
+            slot_is_given: slot.is_some(),
             idle_since,
             passed: Vec::new(),
             unasked: Vec::new(),
@@ -100,7 +100,8 @@ impl Wire {
     pub(super) fn simulated(port: &bench::Port, stop: Stop) -> Self {
         let (baud, slot) = port.line(|line| (line.baud(), line.slot_time()));
         let (link, clock) = (Box::new(port.clone()), Box::new(port.clone()));
-        Self::live(Live { link, clock, sight: Sight::Exact, rate: baud, stop }, Some(slot))
+        let line = Live { link, clock, sight: Sight::Exact, rate: baud, stop };
+        Self::live(line, Some(slot).filter(|slot| *slot != customary_slot(Sight::Exact, baud)))
     }
 
     pub(super) fn now(&self) -> Instant {
@@ -109,6 +110,22 @@ impl Wire {
 
     pub(super) fn is_stopped(&self) -> bool {
         self.stop.is_requested()
+    }
+
+    /// Sets the line to another rate, with its T_SL. `false`: the link has no rate, or not this one.
+    pub(super) fn set_rate(&mut self, rate: BaudRate) -> Course<bool> {
+        match self.link.set_rate(rate) {
+            Ok(()) => {}
+            Err(error) if matches!(error.kind(), ErrorKind::Unsupported | ErrorKind::InvalidInput) => {
+                return Ok(false);
+            }
+            Err(error) => return Err(failed(error)),
+        }
+        if !self.slot_is_given {
+            self.slot = customary_slot(self.sight, rate);
+        }
+        self.baud = rate;
+        Ok(true)
     }
 
     /// T_SL.
@@ -293,6 +310,16 @@ impl Wire {
             Side::Station(_) => None,
         });
         destination_source(octets).or(asked.flatten())
+    }
+}
+
+/// T_SL that nobody has said.
+fn customary_slot(sight: Sight, baud: BaudRate) -> Duration {
+    let bits = baud.bit_times(baud.slot_bits().into());
+    match sight {
+        Sight::Untimed => UNTIMED_SLOT,
+        Sight::Exact => bits,
+        Sight::Measured => bits + LATENCY,
     }
 }
 

@@ -13,11 +13,17 @@ mod configuration;
 mod control;
 mod counting;
 mod diagnosis;
+mod dpv1;
+mod dpv1_alarms;
+mod dpv1_connections;
+mod dpv1_records;
 mod exchange;
 mod framing;
 mod parameters;
 mod times;
 mod watchdog;
+
+pub(super) use dpv1::V1;
 
 use super::broken;
 use super::rig::{FULL, Mistake, RIGHT, SLAVE, Slave, changed, judged, parsed};
@@ -119,13 +125,15 @@ const MODULAR: &str = "Modular_Station=1\nMax_Module=2\nMax_Input_Len=8\nMax_Out
      Freeze_Mode_supp=1\nModule=\"2 words\" 0xF1\nEndModule\nModule=\"1 word\" 0xF0\nEndModule\n";
 
 /// Slaves that are right, of every kind.
-static RIGHT_ONES: [Mistake; 6] = [
+static RIGHT_ONES: [Mistake; 8] = [
     RIGHT,
     Mistake { name: "without inputs", file: MORE_INPUTS, ..RIGHT },
     Mistake { name: "with eight octets", file: EIGHT, ..RIGHT },
     Mistake { name: "without Sync and Freeze", file: PLAIN, ..RIGHT },
     Mistake { name: "with Fail_Safe", file: SAFE, ..RIGHT },
     Mistake { name: "modular", file: MODULAR, ..RIGHT },
+    Mistake { name: "with DP-V1", file: dpv1::V1, ..RIGHT },
+    Mistake { name: "with required services of DP-V1", file: dpv1_alarms::REQUIRED, ..RIGHT },
 ];
 
 /// The frame count is not wanted any more.
@@ -138,7 +146,7 @@ fn controls(octets: &[u8]) -> bool {
 }
 
 /// The mistakes, by the rows that they are about.
-fn lists() -> [&'static [Mistake]; 10] {
+fn lists() -> [&'static [Mistake]; 17] {
     [
         framing::FRAMING,
         counting::COUNTING,
@@ -150,6 +158,13 @@ fn lists() -> [&'static [Mistake]; 10] {
         addressing::ADDRESSES,
         watchdog::WATCHDOG,
         times::TIMES,
+        dpv1::CHANNEL,
+        dpv1_records::RECORDS,
+        dpv1_records::LIFE,
+        dpv1_records::IDENTIFIED,
+        dpv1_alarms::PARAMETERS_V1,
+        dpv1_alarms::ALARMS,
+        dpv1_connections::CONNECTIONS,
     ]
 }
 
@@ -180,7 +195,7 @@ fn each_is_found(mistakes: impl Iterator<Item = &'static Mistake>) {
 // Two tests, so that two cores share them.
 #[test]
 fn each_mistake_is_found_by_its_rows_and_by_no_other() {
-    assert_eq!(all().count(), 151);
+    assert_eq!(all().count(), 249);
     each_is_found(all().step_by(2));
 }
 
@@ -190,12 +205,16 @@ fn each_other_mistake_is_found_by_its_rows_and_by_no_other() {
 }
 
 /// Rows that no mistake of these slaves breaks: they need what these slaves do not have.
-const UNPROVED: [&str; 3] = ["S-F08", "S-P17", "S-T03"];
+const UNPROVED: [&str; 2] = ["S-F08", "S-T03"];
 
 #[test]
 fn every_row_that_is_judged_has_a_mistake() {
-    // Those of the profile have mistakes of their own.
-    let judged = |row: &Row| row.unseen().is_none() && row.id().starts_with("S-");
+    // Those of drives and of rates have mistakes of their own.
+    let judged = |row: &Row| {
+        row.unseen().is_none()
+            && !["P-", "S-R"].iter().any(|own| row.id().starts_with(own))
+            && row.group() != super::drives::GROUP
+    };
     for row in Row::all().into_iter().filter(judged) {
         let has = all().any(|mistake| mistake.rows.contains(&row.id()));
         assert_ne!(has, UNPROVED.contains(&row.id()), "{row:?}");

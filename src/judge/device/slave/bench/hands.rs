@@ -140,6 +140,11 @@ impl Bench {
         self.look()
     }
 
+    /// Waits until an action has its effect.
+    pub(in super::super) fn effect(&mut self) -> Course {
+        self.pause(EFFECT)
+    }
+
     /// The slave has a diagnosis to tell.
     pub(in super::super) fn raise_diagnosis(&mut self) -> Course {
         self.attend(DIAGNOSIS)?;

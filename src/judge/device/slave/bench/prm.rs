@@ -2,6 +2,8 @@
 
 use core::time::Duration;
 
+use crate::profibus::dp::dpv1_status;
+
 /// Bits of Station_Status.
 pub(in super::super) const LOCK: u8 = 0x80;
 pub(in super::super) const UNLOCK: u8 = 0x40;
@@ -46,6 +48,16 @@ impl Prm {
     #[must_use]
     pub(in super::super) fn with(self, bits: u8) -> Self {
         Self { status: self.status | bits, ..self }
+    }
+
+    /// With bits of DPV1_Status 1, 2 or 3, at 0, 1 or 2, set and others cleared.
+    #[must_use]
+    pub(in super::super) fn status(mut self, octet: usize, set: u8, clear: u8) -> Self {
+        self.user.resize(self.user.len().max(dpv1_status::LEN), 0);
+        if let Some(status) = self.user.get_mut(octet) {
+            *status = *status & !clear | set;
+        }
+        self
     }
 
     /// The watchdog time.

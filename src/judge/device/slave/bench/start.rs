@@ -3,7 +3,6 @@
 use core::time::Duration;
 
 use super::{Bench, DIAG_LEN, Prm};
-use crate::judge::device::Ending;
 use crate::judge::device::course::{Course, Halt, broken};
 use crate::judge::device::play::Trial;
 use crate::judge::device::row::{Group, Table};
@@ -11,6 +10,7 @@ use crate::judge::device::slave::answer::{Answer, Diagnosis, NO_MASTER};
 use crate::judge::device::slave::request::Request;
 use crate::judge::device::slave::rows;
 use crate::judge::device::slave::wire::Sight;
+use crate::judge::device::{Ending, Soak};
 use crate::judge::moment::Telegram;
 use crate::profibus::dp::DiagBit;
 use crate::profibus::dp::{IoLengths, Service};
@@ -106,6 +106,10 @@ impl Trial for Bench {
         self.why_not.clone().filter(|_| !self.exchanged)
     }
 
+    fn soak(&self) -> Option<Soak> {
+        self.setup.soak
+    }
+
     fn words(&self) -> Vec<(&'static str, String)> {
         let hex = |octets: &[u8]| octets.iter().map(|octet| format!("{octet:02X}")).collect::<String>();
         let mut slave = self.slave().to_string();
@@ -151,15 +155,26 @@ impl Bench {
         }
         let owner = if diagnosis.master() < 126 { diagnosis.master() } else { self.owner() };
         let user = self.setup.user_prm();
-        for prm in [Prm::unlock(self.ident, user.clone()), Prm::lock(!self.ident, user)] {
-            self.serve(owner, Service::SetPrm, &prm.octets())?;
+        let [unlock, wrong] = [Prm::unlock(self.ident, user.clone()), Prm::lock(!self.ident, user)];
+        for (service, data) in [
+            (Service::SetPrm, unlock.octets()),
+            (Service::SetPrm, wrong.octets()),
+            (Service::ChkCfg, vec![0x00; 3]),
+        ] {
+            // Whether it is answered is for the rows about it.
+            match self.serve(owner, service, &data) {
+                Err(halt @ Halt::Over(_)) => return Err(halt),
+                Ok(_) | Err(Halt::Broken { .. } | Halt::Missed(_) | Halt::Inapplicable(_)) => {}
+            }
             if self.diag()?.is(DiagBit::PrmReq) {
                 return Ok(());
             }
         }
-        self.serve(owner, Service::ChkCfg, &[0x00; 3])?;
+        let telegrams = self.last_shown();
         let diagnosis = self.diag()?;
-        if diagnosis.is(DiagBit::PrmReq) {
+        if self.is_attended() && self.power_cycle().is_ok() && self.diag()?.is(DiagBit::PrmReq) {
+            let why = format!("Unlock does not release it, it was switched off: {}", diagnosis.words());
+            self.notes.breach("S-P04", || (why, telegrams));
             return Ok(());
         }
         broken(format!(
@@ -169,7 +184,7 @@ impl Bench {
     }
 
     /// Asks for its FDL status until it answers.
-    pub(super) fn look(&mut self) -> Course {
+    pub(in super::super) fn look(&mut self) -> Course {
         let begun = self.wire.now();
         let mut unheard = false;
         loop {

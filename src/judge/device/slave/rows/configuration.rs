@@ -91,7 +91,7 @@ pub(super) const GROUP: Group<Bench> = Group {
 };
 
 /// A configuration that this slave cannot have, and its name.
-fn wrong_ones(bench: &Bench) -> Vec<(&'static str, Vec<u8>)> {
+pub(super) fn wrong_ones(bench: &Bench) -> Vec<(&'static str, Vec<u8>)> {
     let right = bench.cfg.clone();
     let is_modular = bench.setup.gsd.as_ref().is_some_and(|gsd| gsd.is_modular());
     let mut wrong = Vec::new();

@@ -10,10 +10,12 @@ mod control;
 mod counting;
 mod device_file;
 mod diagnosis;
+mod dpv1;
 mod exchange;
 mod framing;
 mod parameters;
 mod profile;
+mod rates;
 mod requests;
 mod several;
 mod start_up;
@@ -22,7 +24,7 @@ mod watchdog;
 
 /// Every group, in the order of the table.
 pub(super) fn groups() -> Vec<Group<Bench>> {
-    vec![
+    let groups = [
         start_up::GROUP,
         framing::GROUP,
         requests::GROUP,
@@ -37,8 +39,10 @@ pub(super) fn groups() -> Vec<Group<Bench>> {
         timing::GROUP,
         several::GROUP,
         device_file::GROUP,
+        rates::GROUP,
         profile::GROUP,
-    ]
+    ];
+    groups.into_iter().chain(dpv1::groups()).collect()
 }
 
 /// A mandatory row of confidence B.

@@ -158,7 +158,7 @@ pub(super) const GROUP: Group<Bench> = Group {
 };
 
 /// Set_Prm leads to Prm_Fault, and the slave waits for another one.
-fn is_fault(bench: &mut Bench, what: &str) -> Course {
+pub(super) fn is_fault(bench: &mut Bench, what: &str) -> Course {
     let diagnosis = bench.waits_for_prm(what)?;
     if !diagnosis.is(DiagBit::PrmFault) {
         return broken(format!("Prm_Fault is 0 after {what}: {}", diagnosis.words()));

@@ -75,7 +75,7 @@ pub(super) const GROUP: Group<Bench> = Group {
                 "the rate of the line changes: a slave with Auto_Baud finds it",
                 "BAUD_SEARCH: error-free telegrams lead to BAUD_CONTROL (8)",
                 &[],
-                By::Nothing("the judge has one rate; run it again with another --baud and compare"),
+                By::Nothing("S-R01 to S-R11 judge it, at each rate of --baud"),
             ),
             2,
             B,
@@ -118,7 +118,7 @@ fn has_left(bench: &mut Bench, after: &str) -> Course {
 }
 
 /// Longer than a watchdog of this time may take.
-fn over(bench: &Bench, watchdog: Duration) -> Duration {
+pub(super) fn over(bench: &Bench, watchdog: Duration) -> Duration {
     let margin = match bench.wire.sight {
         Sight::Exact => Duration::from_millis(1),
         Sight::Measured | Sight::Untimed => Duration::from_millis(50),
