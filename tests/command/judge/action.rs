@@ -59,6 +59,11 @@ impl Job {
 
     /// Runs a step as a runner does, `PATH` and outputs of those before included.
     fn run(&self, step: &str, only: &str) -> Output {
+        self.run_with(step, only, &[])
+    }
+
+    /// The same with other inputs.
+    fn run_with(&self, step: &str, only: &str, inputs: &[(&str, &str)]) -> Output {
         let path = self.text("path");
         let path = format!("{}:{}", path.trim(), std::env::var("PATH").unwrap());
         let status = self.text("output").trim().trim_start_matches("status=").to_owned();
@@ -80,12 +85,16 @@ impl Job {
             ("RELEASED_BY", "owner/profidrive"),
             ("MASTER", "touch \"$RUNNER_TEMP/started\"; sleep 600"),
             ("STATIONS", "5,ident=1234,cfg=2313,prm=0102,groups=01\n"),
+            ("DEVICE", ""),
+            ("SLAVE", ""),
+            ("NODE", ""),
             ("OPTIONS", &format!("--slot 100 --retries 2 --only {only}")),
             ("REPORT", "reports"),
         ] {
             assert!(ACTION.contains(&format!("{name}: ${{{{ ")), "{name}");
             command.env(name, value);
         }
+        command.envs(inputs.iter().copied());
         command.output().unwrap()
     }
 }
@@ -125,6 +134,46 @@ fn the_steps_judge_a_master_and_sum_it_up() {
     for report in ["judgement.json", "judgement.xml", "judgement.html", "table.txt", "master.log"] {
         assert!(job.path("work/reports").join(report).exists(), "{report}");
     }
+}
+
+/// A device: the inputs, the rows, and what the summary says.
+fn device(inputs: &[(&str, &str)], rows: &str, subject: &str) {
+    let job = Job::new();
+    let options = format!("--only {rows} --slot 100");
+    let inputs = [&[("MASTER", ""), ("STATIONS", ""), ("OPTIONS", &options)], inputs].concat();
+    for step in &steps()[..3] {
+        let done = job.run_with(step, rows, &inputs);
+        assert!(done.status.success(), "{done:?}");
+    }
+    let (summary, status) = (job.text("summary"), job.run(&steps()[3], rows).status.code());
+    assert_eq!(status, Some(0), "{summary}");
+    assert!(summary.starts_with(&format!("### Judgement of the {subject}\n")), "{summary}");
+    assert!(summary.contains(" passed, 0 failed, 0 warnings, 0 not judged"), "{summary}");
+    assert!(summary.contains("| pass |"), "{summary}");
+    assert!(job.path("work/reports/device.log").exists());
+}
+
+#[test]
+fn the_steps_judge_a_slave() {
+    let start = "exec profidrive emulate --quiet --drive 5 --link serial:$LINK --baud 500000";
+    device(&[("DEVICE", start), ("SLAVE", "5")], "S-P01,S-G01,S-X01", "PROFIBUS-DP slave 5");
+}
+
+#[test]
+fn the_steps_judge_a_node() {
+    let eds = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/eds/complete.eds");
+    let start = format!("exec profidrive emulate --quiet --node 5,eds={eds} --link slcan-tty:$LINK");
+    let node = format!("5,eds={eds}");
+    let job = Job::new();
+    let inputs =
+        [("MASTER", ""), ("STATIONS", ""), ("OPTIONS", "--only N-B01"), ("DEVICE", &start), ("NODE", &node)];
+    for step in &steps()[..3] {
+        let done = job.run_with(step, "N-B01", &inputs);
+        assert!(done.status.success(), "{done:?}");
+    }
+    let summary = job.text("summary");
+    assert!(summary.starts_with("### Judgement of the CANopen node 5\n"), "{summary}");
+    assert!(summary.contains("| N-B01 |"), "{summary}");
 }
 
 #[test]
