@@ -11,12 +11,10 @@ pub struct AcyclicKeywords {
     pub c1: bool,
     /// C1_Max_Data_Len.
     pub c1_max_data_len: Option<u8>,
-    /// C1_Response_Timeout, times 10 ms.
-    pub c1_response_timeout: Option<u16>,
     /// C1_Read_Write_required.
     pub c1_required: bool,
     /// C1_Response_Timeout, times 10 ms.
-    pub(crate) c1_response: Option<u16>,
+    pub c1_response: Option<u16>,
     /// C2_Read_Write_supp.
     pub c2: bool,
     /// C2_Response_Timeout, times 10 ms.
@@ -55,9 +53,6 @@ impl AcyclicKeywords {
         match line.keyword.as_str() {
             "c1_read_write_supp" => self.c1 = on,
             "c1_max_data_len" => self.c1_max_data_len = len(),
-            "c1_response_timeout" => {
-                self.c1_response_timeout = line.first().map(|time| u16::try_from(time).unwrap_or(u16::MAX));
-            }
             "c1_read_write_required" => self.c1_required = on,
             "c1_response_timeout" => self.c1_response = line.number(),
             "c2_response_timeout" => self.c2_response = line.number(),

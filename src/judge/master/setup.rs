@@ -124,7 +124,7 @@ impl Slave {
 
     /// How long the master waits for the response of the owner's channel, C1_Response_Timeout.
     pub(super) fn response_timeout(&self) -> Option<Duration> {
-        let units = self.gsd.as_ref()?.acyclic.c1_response_timeout.filter(|units| *units > 0)?;
+        let units = self.gsd.as_ref()?.acyclic.c1_response.filter(|units| *units > 0)?;
         Some(Duration::from_millis(10) * u32::from(units))
     }
 
