@@ -328,8 +328,10 @@ impl PositionBlock {
             | PosStw2Bit::HomeBackward.when(is(ModePos::Home) && self.negative);
         let mut words = [stw1, pos_stw1, pos_stw2, 0];
         for (at, place) in CONFIG_EPOS.iter().enumerate() {
-            if let Some(Place { word, bit }) = place {
-                words[*word] |= low(self.config_epos >> at & 1) << bit;
+            if let Some(Place { word, bit }) = place
+                && let Some(word) = words.get_mut(*word)
+            {
+                *word |= low(self.config_epos >> at & 1) << bit;
             }
         }
         let part = |percent: i16| low(u32::from(percent.max(0).unsigned_abs()) * 0x4000 / 100);
