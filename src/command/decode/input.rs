@@ -283,6 +283,20 @@ fn unreadable(error: &io::Error) -> Stopped {
     Stopped::In(Failure::Other(format!("cannot read the input: {error}")))
 }
 
+/// What a line of a device file is, which has no telegrams.
+fn device_file(line: &str) -> Option<&'static str> {
+    let line = line.trim().to_ascii_lowercase();
+    match line.as_str() {
+        "[fileinfo]" | "[deviceinfo]" => {
+            Some("this is an EDS of a CANopen node and has no frames; see 'profidrive eds --help'")
+        }
+        line if line.starts_with("#profibus_dp") => {
+            Some("this is a GSD of a PROFIBUS slave and has no telegrams; see 'profidrive gsd --help'")
+        }
+        _ => None,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -339,19 +353,5 @@ mod tests {
         assert_eq!(cut(b"68 05 0"), 6);
         assert_eq!(cut(b"0x68,0x0"), 5);
         assert_eq!(cut(b"68050568"), 8);
-    }
-}
-
-/// What a line of a device file is, which has no telegrams.
-fn device_file(line: &str) -> Option<&'static str> {
-    let line = line.trim().to_ascii_lowercase();
-    match line.as_str() {
-        "[fileinfo]" | "[deviceinfo]" => {
-            Some("this is an EDS of a CANopen node and has no frames; see 'profidrive eds --help'")
-        }
-        line if line.starts_with("#profibus_dp") => {
-            Some("this is a GSD of a PROFIBUS slave and has no telegrams; see 'profidrive gsd --help'")
-        }
-        _ => None,
     }
 }

@@ -216,7 +216,9 @@ fn r71(bench: &mut Bench) -> Course {
 fn lives(bench: &mut Bench, channel: Channel, when: &str) -> Course {
     match bench.put(channel, &IDLE)? {
         Answer::Acknowledged => {}
-        answer => return broken(format!("{when} Idle is answered with {}, expected SC", answer.words())),
+        answer @ (Answer::Silence | Answer::Status(_) | Answer::Data(..) | Answer::Wrong(_)) => {
+            return broken(format!("{when} Idle is answered with {}, expected SC", answer.words()));
+        }
     }
     let octets = bench.response(channel)?;
     if octets.first() == Some(&Function::Idle.number()) {
@@ -236,7 +238,7 @@ fn is_gone(bench: &mut Bench, channel: Channel, when: &str) -> Course {
             Answer::Status(ReplyStatus::NotActivated) => return Ok(()),
             Answer::Data(_, octets) if service(&octets) == Some(Function::Abort) => return Ok(()),
             Answer::Acknowledged => {}
-            answer => {
+            answer @ (Answer::Silence | Answer::Status(_) | Answer::Data(..) | Answer::Wrong(_)) => {
                 return broken(format!("{when} a poll is answered with {}, expected RS", answer.words()));
             }
         }
@@ -320,7 +322,9 @@ fn many(bench: &mut Bench, count: u8, opened: &mut Vec<Channel>) -> Course {
             }
             Ok(())
         }
-        answer => broken(format!("one Initiate too many is answered with {}", answer.words())),
+        answer @ (Answer::Silence | Answer::Status(_) | Answer::Data(..) | Answer::Wrong(_)) => {
+            broken(format!("one Initiate too many is answered with {}", answer.words()))
+        }
     }
 }
 
