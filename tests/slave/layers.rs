@@ -78,7 +78,10 @@ const TABLE: &[(&str, &[&str])] = &[
     // Stations on a line, live or simulated, and telegrams in words.
     (
         "judge",
-        &["bench", "can_bus", "chance", "devices", "eds", "explain", "gsd", "host", "profibus", "time"],
+        &[
+            "bench", "can_bus", "chance", "client", "devices", "eds", "explain", "gsd", "host", "profibus",
+            "time",
+        ],
     ),
     ("panel", &["can_bus", "devices", "explain", "face", "gsd", "host", "process", "profibus", "time"]),
     // The numbers of lines, served as the panel is.

@@ -119,7 +119,9 @@ pub(super) static CONNECTIONS: &[Mistake] = &[
         rows: &["V1-R76"],
         file: V1,
         says: |slave, reply| {
-            let foreign = on_connection(slave) && sa(&slave.request) == OWNER;
+            // Those that are handed out.
+            let is_connection = Slave::dsap(&slave.request).is_some_and(|sap| (47..49).contains(&sap));
+            let foreign = is_connection && sa(&slave.request) == OWNER;
             if foreign && is_rs(&reply) { SC.to_vec() } else { reply }
         },
         ..RIGHT

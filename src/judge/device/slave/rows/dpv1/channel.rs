@@ -122,7 +122,7 @@ pub(super) const GROUP: Group<Bench> = Group {
             "V1-R16",
             "without DPV1_Slave: RS at SAP 49, 50 and 51",
             "not offered: RS (dp-v1 1)",
-            &["S-X01", "S-F13"],
+            &["S-X01", "S-F12", "S-F13"],
             By::Trial(r16),
         ),
         row(

@@ -16,7 +16,7 @@ pub(super) const GROUP: Group<Bench> = Group {
             "V1-R83",
             "I&M0 by record 255 of slot 0: header of the call, 64 octets, their fields; over a connection the same",
             "written 08 00 FDE8, read 08 00 FDE8 and 64 octets (dp-v1 7)",
-            &["V1-R06"],
+            &["V1-R06", "V1-R70"],
             By::Trial(r83),
         ),
         open(row(
