@@ -117,6 +117,7 @@ fn the_rates_of_a_serial_line_and_a_soak() {
     let spec = format!("7,gsd={gsd}");
     let _station = emulate(&["--station", &spec, "--link", &format!("pty:{}", bus.display())]);
     let serial = format!("serial:{}", bus.display());
+    // The file has no Auto_Baud_supp; the station hears every rate of a terminal, so there is nothing to do for it.
     let rows = "S-X01,S-P01,S-G01,S-R*";
     let (status, stdout, stderr) = run(&[
         "--slave",
@@ -131,6 +132,8 @@ fn the_rates_of_a_serial_line_and_a_soak() {
         "2s",
         "--seed",
         "7",
+        "--ask",
+        "true",
     ]);
     assert_eq!(status, Some(0), "{stdout}{stderr}");
     assert!(stdout.contains("pass       S-R07"), "{stdout}");
@@ -138,7 +141,7 @@ fn the_rates_of_a_serial_line_and_a_soak() {
     assert!(stderr.contains("again, about"), "{stderr}");
     // Each rate of its file.
     let (status, stdout, stderr) =
-        run(&["--slave", &spec, "--link", &serial, "--baud", "gsd", "--only", rows]);
+        run(&["--slave", &spec, "--link", &serial, "--baud", "gsd", "--only", rows, "--ask", "true"]);
     assert_eq!(status, Some(0), "{stdout}{stderr}");
     let judged = stdout.lines().filter(|line| line.contains("pass       S-R")).count();
     assert!(judged >= 6, "{stdout}");
