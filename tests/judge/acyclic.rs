@@ -106,13 +106,14 @@ fn a_master_of_class_2_is_judged_by_its_connections() {
     }
     let wrong = in_threads(
         &[
-            (Mistake::AbortsSlowJob, "M-V05"),
-            (Mistake::AsksForeignSap, "M-V18"),
-            (Mistake::NoReadWrite, "M-V20"),
+            // Now and then it forgets the connection instead.
+            (Mistake::AbortsSlowJob, &["M-V05", "M-V19"][..]),
+            (Mistake::AsksForeignSap, &["M-V18"][..]),
+            (Mistake::NoReadWrite, &["M-V20"][..]),
         ],
-        |(mistake, row)| {
+        |(mistake, rows)| {
             let report = of_class_2(Some(*mistake));
-            (broken(&report) != [*row]).then(|| format!("{mistake:?}: {report}"))
+            (broken(&report) != *rows).then(|| format!("{mistake:?}: {report}"))
         },
     );
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));

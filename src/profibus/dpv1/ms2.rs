@@ -95,7 +95,7 @@ impl Connection {
 
     /// Something came: the time begins anew.
     fn heard(&mut self, now: Instant) {
-        self.ends = now.saturating_add(self.send_timeout * PATIENCE);
+        self.ends = now.saturating_add(self.send_timeout.saturating_mul(PATIENCE));
     }
 }
 
@@ -125,12 +125,12 @@ impl<const N: usize> ResourceManager<N> {
         let waiting = |connection: &Connection| matches!(connection.phase, Phase::Offered(_));
         let offered = self.connections.iter().position(waiting);
         let Self { connections, reply } = self;
-        let least = UNIT * offer.min_send_timeout.into();
+        let least = UNIT.saturating_mul(offer.min_send_timeout.into());
         match offered.and_then(|place| Some((place, connections.get_mut(place)?))) {
             Some((place, connection)) if request.data.is_empty() && connection.master == request.sa => {
                 let Phase::Offered(answer) = connection.phase else { return (Reply::ShortAcknowledge, None) };
                 connection.phase = Phase::Answering(answer);
-                connection.ends = now.saturating_add(least * PATIENCE);
+                connection.ends = now.saturating_add(least.saturating_mul(PATIENCE));
                 let (sap, send_timeout) = (sap_of(place), offer.min_send_timeout);
                 let pdu = ResponsePdu::ResourceManager { sap, send_timeout };
                 let len = pdu.encode(reply).map_or(0, <[u8]>::len);
@@ -150,7 +150,7 @@ impl<const N: usize> ResourceManager<N> {
                 };
                 connection.master = master;
                 connection.phase = Phase::Offered(connection.judge(offer, request.data));
-                connection.ends = now.saturating_add(least * PATIENCE);
+                connection.ends = now.saturating_add(least.saturating_mul(PATIENCE));
                 (Reply::ShortAcknowledge, None)
             }
         }
@@ -235,11 +235,11 @@ impl Connection {
     /// Judges Initiate: the answer waits in the server.
     fn judge(&mut self, offer: &Ms2Offer, octets: &[u8]) -> Answer {
         self.server.reset();
-        self.send_timeout = UNIT * offer.min_send_timeout.into();
+        self.send_timeout = UNIT.saturating_mul(offer.min_send_timeout.into());
         let refused = match RequestPdu::parse(octets) {
             Ok(RequestPdu::Initiate(initiate)) => match admit(offer, &initiate) {
                 Ok(response) => {
-                    self.send_timeout = UNIT * initiate.send_timeout.into();
+                    self.send_timeout = UNIT.saturating_mul(initiate.send_timeout.into());
                     self.server.answer(ResponsePdu::Initiate(response));
                     return Answer::Accepted;
                 }

@@ -352,12 +352,10 @@ impl Observer {
                 view.services.connections.doubt();
             }
             Answer::Status(_) => {}
-            // Whether the slave has taken it nobody knows until it is repeated.
+            // Whether the slave has taken it, or still has it, nobody knows.
             Answer::Silence | Answer::Bad(_) | Answer::Mixed => {
                 view.services.connections.doubt();
-                if !data.is_empty() {
-                    view.services.jobs.remove(&sap);
-                }
+                view.services.jobs.remove(&sap);
             }
         }
     }
