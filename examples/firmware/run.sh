@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # Builds a firmware, runs it under QEMU, and has its serial port on a pseudo-terminal.
 #
-#   examples/firmware/run.sh --link pty:PATH [--program ag03|io|canopen]
+#   examples/firmware/run.sh --link pty:PATH [--program ag03|io|dpv1|canopen]
 #
-# Prints one line when a master may come: `ready link=PATH drives=5`, for the I/O station `stations=7`, for the CANopen node
+# Prints one line when a master may come: `ready link=PATH drives=5`, for the I/O stations `stations=7`, for the CANopen node
 # `nodes=5`. Ends with 0 on SIGTERM or SIGINT; 1 if the firmware panics or QEMU fails, 2 if it is called wrongly or cannot run here.
 # QEMU (Debian: qemu-system-arm) and the target of the compiler are installed if they are missing.
 set -euo pipefail
@@ -19,15 +19,15 @@ while (($#)); do
     case $1 in
         --link) link=${2:-} && shift ;;
         --program) program=${2:-} && shift ;;
-        *) cannot "unknown: $1; usage: $0 --link pty:PATH [--program ag03|io|canopen]" ;;
+        *) cannot "unknown: $1; usage: $0 --link pty:PATH [--program ag03|io|dpv1|canopen]" ;;
     esac
     shift
 done
 case $program in
     ag03) who=drives=5 ;;
-    io) who=stations=7 ;;
+    io | dpv1) who=stations=7 ;;
     canopen) who=nodes=5 ;;
-    *) cannot "no program $program: ag03, io or canopen" ;;
+    *) cannot "no program $program: ag03, io, dpv1 or canopen" ;;
 esac
 [[ $link == pty:?* ]] || cannot "--link pty:PATH says where the terminal is to be"
 path=${link#pty:}

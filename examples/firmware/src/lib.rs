@@ -9,6 +9,7 @@
 //! | `board/clock` | free-running ticks and an alarm |
 //! | `bin/ag03` | the drive AG03/1 |
 //! | `bin/io` | an I/O station of our own, `gsd/PDRV494F.GSD`, the one of `examples/own_station.rs` |
+//! | `bin/dpv1` | an I/O station of DP-V1, `dpv1.gsd`: records, alarms, connections |
 //! | `bin/canopen` | the drive AG03/1 on CANopen, an adapter of slcan in front of it |
 //! | `bin/measure` | instructions and stack, for `measure.sh` |
 #![no_std]
