@@ -14,9 +14,6 @@
 use std::collections::BTreeMap;
 
 mod advice;
-mod flood;
-mod habits;
-mod nodes;
 mod slaves;
 mod walk;
 mod words;

@@ -261,7 +261,7 @@ impl Line {
             Some(FrameCount::First | FrameCount::Odd | FrameCount::Unused) => FrameCount::Even,
             Some(FrameCount::Even) => FrameCount::Odd,
         };
-        let sdn = matches!(service, Service::SdnLow | Service::SdnHigh | Service::FdlStatus);
+        let sdn = matches!(service, Service::SdnLow | Service::SdnHigh);
         let count = if sdn { FrameCount::Unused } else { count };
         if !sdn {
             self.counts.insert(sa, count);
@@ -305,29 +305,6 @@ impl Line {
         let octets = self.request((sa, 127), Service::SdnHigh, Some(58), 62, data);
         self.story.push(format!("  Global_Control of master {sa} {data:02X?}"));
         assert_eq!(self.reply_to(&octets), Reply::Silence);
-    }
-
-    /// `sa` passes the token.
-    pub(super) fn token(&mut self, da: u8, sa: u8) {
-        self.send(&[0xDC, da, sa]);
-    }
-
-    /// `sa` asks whether somebody is there.
-    pub(super) fn status(&mut self, sa: u8, da: u8) {
-        let octets = self.request((sa, da), Service::FdlStatus, None, 62, &[]);
-        self.send(&octets);
-    }
-
-    /// A telegram whose check sequence is wrong.
-    pub(super) fn noise(&mut self) {
-        self.send(&[0x10, SLAVE, MASTER, 0x49, 0, 0x16]);
-    }
-
-    /// The last Data_Exchange once more, octet for octet.
-    pub(super) fn repeat(&mut self) {
-        let outputs = self.outputs.clone();
-        let octets = self.request((MASTER, SLAVE), Service::SrdHigh, None, 62, &outputs);
-        (0..2).for_each(|_| _ = self.reply_to(&octets));
     }
 
     pub(super) fn prm(&self) -> Vec<u8> {
