@@ -8,7 +8,6 @@
 )]
 
 mod travelling;
-#[cfg(feature = "std")]
 mod turning;
 
 use core::time::Duration;
@@ -69,7 +68,6 @@ fn cycle_of_new_outputs(device: &mut Device, now: Instant) {
 }
 
 /// Nodes of CAN: an SDO request up to its answer, a SYNC up to its TPDO.
-#[cfg(feature = "std")]
 mod node {
     use super::turning::{Listed, SYNC};
     use super::{CALLS, black_box};
@@ -94,7 +92,6 @@ mod node {
 }
 
 fn main() {
-    #[cfg(feature = "std")]
     if let Some(name) = std::env::args().nth(1) {
         return node::run(&name);
     }

@@ -19,7 +19,7 @@ esac
 
 # The program of a bench.
 program() {
-    cargo bench --bench "$@" --no-run 2>&1 | sed -n 's/.*(\(.*-[0-9a-f]*\)).*/\1/p'
+    cargo bench --features eds --bench "$@" --no-run 2>&1 | sed -n 's/.*(\(.*-[0-9a-f]*\)).*/\1/p'
 }
 
 # Instructions below a function, divided by how often it is called.

@@ -1,4 +1,5 @@
 //! A drive of CiA 402 with several axes from its file: each is a drive of its own, by the same code.
+#![cfg(feature = "eds")]
 
 use profidrive::devices::CanopenDevice;
 use profidrive::face::DriveState;
