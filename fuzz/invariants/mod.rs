@@ -6,7 +6,7 @@ pub(crate) mod ag03_node;
 #[path = "../../tests/helpers/canopen_device/mod.rs"]
 pub(crate) mod canopen_device;
 pub(crate) mod canopen_node;
-#[cfg(feature = "capture")]
+#[cfg(all(feature = "capture", feature = "judge"))]
 pub(crate) mod capture;
 pub(crate) mod clients;
 #[cfg(feature = "std")]
@@ -20,7 +20,7 @@ pub(crate) mod eeprom_image;
 pub(crate) mod framer;
 #[cfg(feature = "std")]
 pub(crate) mod gsd;
-#[cfg(feature = "std")]
+#[cfg(feature = "judge")]
 pub(crate) mod observer;
 pub(crate) mod pkw_ops;
 #[cfg(feature = "parameters")]

@@ -271,6 +271,12 @@ impl Bus {
         self.try_rate(RateChange::Try(search.rate()));
     }
 
+    /// What comes again is told as something new.
+    #[cfg(test)]
+    pub(crate) fn forget_told(&mut self) {
+        self.stations.news.forget_told();
+    }
+
     /// The link cannot be set to the rate of the last [`RateChange::Try`]: another one is tried at once.
     pub(crate) fn skip_rate(&mut self, now: Instant) {
         if let Some(change) = self.stations.search.as_mut().map(|search| search.skip(now)) {

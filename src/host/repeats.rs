@@ -1,10 +1,10 @@
 //! Events that come again and again: the first ones are told, the others are counted.
 
 use core::fmt;
+use core::fmt::Write as _;
 use core::hash::{Hash, Hasher};
 use core::time::Duration;
 use std::hash::DefaultHasher;
-use std::string::ToString;
 
 use crate::face::Again;
 use crate::time::Instant;
@@ -78,13 +78,35 @@ impl<E: Clone> Told<E> {
 
 /// What an event is whatever the numbers in it are: its words without those that have a digit.
 pub(super) fn cause(event: &dyn fmt::Display) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    let text = event.to_string();
-    let words = text.split(|character: char| !character.is_ascii_alphanumeric());
-    words
-        .filter(|word| !word.bytes().any(|octet| octet.is_ascii_digit()))
-        .for_each(|word| word.hash(&mut hasher));
-    hasher.finish()
+    let mut words = Words::default();
+    // A hasher takes everything.
+    let _ = write!(words, "{event} ");
+    words.hasher.finish()
+}
+
+/// Hashes words as they come, without memory of its own: an event is looked at with each telegram.
+#[derive(Default)]
+struct Words {
+    hasher: DefaultHasher,
+    word: DefaultHasher,
+    has_digit: bool,
+}
+
+impl fmt::Write for Words {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        for octet in text.bytes() {
+            self.has_digit |= octet.is_ascii_digit();
+            if octet.is_ascii_alphanumeric() {
+                octet.hash(&mut self.word);
+                continue;
+            }
+            let word = core::mem::take(&mut self.word);
+            if !core::mem::take(&mut self.has_digit) {
+                word.finish().hash(&mut self.hasher);
+            }
+        }
+        Ok(())
+    }
 }
 
 /// The events that came a short time ago.

@@ -181,7 +181,7 @@ fn a_token_for_a_station_that_listens_hides_none_for_another_one() {
 fn noise_and_nothing_else_is_said_and_noise_between_telegrams_is_not() {
     let mut line = Line::with(&[5]);
     for octet in 0..30 {
-        line.hear_noise(0x40 + octet);
+        line.hear_noise(0x80 + octet);
     }
     let text = "hint: only octets that are no telegram are heard at 500000 bit/s; set the rate of the master, and check \
                 whether A and B are exchanged and the line is terminated at both ends";
@@ -189,7 +189,7 @@ fn noise_and_nothing_else_is_said_and_noise_between_telegrams_is_not() {
     let mut line = Line::with(&[5]);
     for _ in 0..20 {
         for octet in 0..10 {
-            line.hear_noise(0x40 + octet);
+            line.hear_noise(0x80 + octet);
         }
         line.ask(2, 5, Service::FdlStatus, None);
     }

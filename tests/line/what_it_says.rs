@@ -31,7 +31,7 @@ fn a_line() {
             }),
             row("B-02", "only octets that are no telegram: wrong rate, or A and B exchanged", || {
                 let mut line = Line::with(&[5]);
-                (0..30).for_each(|octet| line.hear_noise(0x40 + octet));
+                (0..30).for_each(|octet| line.hear_noise(0x80 + octet));
                 line.hints()
             }),
             row("B-03", "two masters at the same time", || {
@@ -128,7 +128,7 @@ fn a_line() {
             row("B-19", "text on the line, and the rate is searched for", || {
                 let mut line = Line::with(&[5]);
                 line.bus.search_baud(line.now);
-                for _ in 0..40 {
+                for _ in 0..220 {
                     line.hear(b"Temperature 21.5 C\r\n");
                     line.bus.handle_broken_off(line.now);
                     line.now = line.now.saturating_add(Duration::from_millis(50));

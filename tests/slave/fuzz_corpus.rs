@@ -22,9 +22,9 @@ fn every_input_of_every_corpus_keeps_the_invariants() {
         #[cfg(feature = "parameters")]
         ("ppo_drive", invariants::ppo_drive::check),
         ("dpv1", invariants::dpv1::check),
-        #[cfg(feature = "capture")]
+        #[cfg(all(feature = "capture", feature = "judge"))]
         ("capture", invariants::capture::check),
-        #[cfg(feature = "std")]
+        #[cfg(feature = "judge")]
         ("observer", invariants::observer::check),
         #[cfg(feature = "std")]
         ("products", invariants::products::check),

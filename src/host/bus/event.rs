@@ -173,6 +173,11 @@ pub(super) struct News {
 }
 
 impl News {
+    #[cfg(test)]
+    pub(super) fn forget_told(&mut self) {
+        self.repeats = Told::default();
+    }
+
     /// News of a station, counted where they count.
     pub(super) fn tell(
         &mut self,

@@ -249,9 +249,7 @@ fn told_each_time(event: &CanopenEvent) -> Option<u32> {
             | canopen::Event::FramesLost { .. },
         ) => Some(1),
         // Changes belong between others; only a circle of them is counted.
-        CanopenEvent::Node(
-            canopen::Event::BootUp { .. } | canopen::Event::State { .. } | canopen::Event::Emergency { .. },
-        ) => Some(3),
+        CanopenEvent::Node(canopen::Event::BootUp { .. } | canopen::Event::State { .. }) => Some(3),
         CanopenEvent::Device(event) if refused(event.kind()) => Some(1),
         CanopenEvent::Node(_)
         | CanopenEvent::Device(_)

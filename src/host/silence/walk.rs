@@ -68,6 +68,8 @@ impl Walk {
     }
 
     fn step(&mut self) {
+        // What is told too often is counted: that is another test.
+        self.line.bus.forget_told();
         let sa = if self.random.below(8) == 0 { OTHER } else { MASTER };
         match self.random.below(20) {
             0 | 1 => self.set_prm(sa),

@@ -120,7 +120,7 @@ fn a_node_needs_a_link_of_a_can_bus_and_rows_of_nodes() {
             &["--node", "5", "--link", "slcan-tty:/x", "--station", "5,ident=1234,cfg=13"],
             "cannot be used with",
         ),
-        (&["--slave", "5", "--link", "pty", "--write"], "cannot be used with"),
+        (&["--slave", "5", "--link", "pty", "--node", "5"], "cannot be used with"),
         (&["--node", "5,eds=/no/such.eds", "--link", "slcan-tty:/x"], "/no/such.eds"),
     ] {
         let (status, _, error) = run(arguments);

@@ -107,6 +107,7 @@ impl Services {
             self.ms1 = Some(owner(mistake));
         }
         self.alarms.clear();
+        self.mute = false;
         (self.ready, self.polls) = (None, 0);
     }
 
@@ -232,7 +233,8 @@ impl Services {
             Asking::Nothing | Asking::Mistake => None,
         };
         let Some(client) = client else { return false };
-        self.mute = mistake == Some(Mistake::NeverPolls) && heard == Heard::Acknowledged;
+        let asked = asking == Asking::Owner && heard == Heard::Acknowledged;
+        self.mute |= asked && mistake == Some(Mistake::NeverPolls);
         let outcome = client.handle(now, heard);
         if mistake == Some(Mistake::RestartsOnSlowJob) && self.polls > 3 {
             return asking == Asking::Owner;

@@ -29,7 +29,7 @@ const PATIENCE: Duration = Duration::from_secs(1);
 const OVERDUE: u32 = 3;
 /// Other requests at most, and for how long, before a poll.
 const MOST_BESIDE: u32 = 200;
-const MOST_TIME: Duration = Duration::from_secs(2);
+const MOST_TIME: Duration = Duration::from_secs(1);
 /// Polls in a row without Data_Exchange.
 const MOST_POLLS: u32 = 20;
 /// Polls for a job that ended with data exchange.

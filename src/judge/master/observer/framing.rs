@@ -161,8 +161,9 @@ impl Observer {
                 self.broken(Row::F06, Weight::Once, serial, Some(data.da), reason);
             }
             // DPV1 has SAPs of its own, and of others than configured slaves nothing is known.
-            (None, Some(dsap), Some(_))
-                if DPV1_SAPS.contains(&dsap) || self.setup.slave(data.da).is_none() => {}
+            (None, Some(dsap), Some(ssap))
+                if ssap != MASTER_SAP && DPV1_SAPS.contains(&dsap) || self.setup.slave(data.da).is_none() => {
+            }
             (Some(_) | None, _, _) => {
                 let name = |sap: Option<u8>| sap.map_or("none".into(), |sap| format!("{sap}"));
                 let reason = format!(

@@ -56,7 +56,8 @@ pub(in crate::judge::master) fn acyclic(setup: &Setup) -> Vec<Scenario> {
     ];
     if !setup.is_class_2() {
         let before = Step { cycles: CYCLES / 3, ..step(Act::StuckRecords, TIME / 4) };
-        list.push(told("alarms of the slave", &[Row::V12, Row::V11], vec![step(Act::RaiseAlarms, ALARM)]));
+        let alarms = &[Row::V12, Row::V11, Row::V13];
+        list.push(told("alarms of the slave", alarms, vec![step(Act::RaiseAlarms, ALARM)]));
         list.push(told(
             "a slave loses its parameters while a job runs",
             &[Row::V10],
