@@ -15,7 +15,8 @@
 
 use super::address::{Address, NodeId};
 use super::dictionary::{Home, Object};
-use super::pdo::{MAX_MAPPED, MAX_PDOS, PdoNumber, PerPdo};
+use super::pdo;
+use super::pdo::{MAX_MAPPED, PdoNumber, PerPdo};
 
 /// The most nodes under heartbeat supervision.
 pub(crate) const MAX_CONSUMERS: usize = 8;
@@ -307,14 +308,18 @@ impl PdoTable {
     }
 
     /// What has no room does nothing.
-    fn set(&mut self, pdo: PdoNumber, field: PdoField, value: u32) {
-        let place = match self.search(pdo) {
+    fn set(&mut self, number: PdoNumber, field: PdoField, value: u32) {
+        let place = match self.search(number) {
             Ok(place) => place,
-            Err(_) if self.0.len() == MAX_PDOS => return,
             Err(place) => {
-                self.0.extend([PdoParameters { number: pdo, ..ABSENT }]);
-                if let Some(behind) = self.0.get_mut(place..) {
-                    behind.rotate_right(1);
+                if !pdo::add(&mut self.0, PdoParameters { number, ..ABSENT }) {
+                    return;
+                }
+                // From the end to its place.
+                for behind in (place + 1..self.0.len()).rev() {
+                    if let Some([low, high]) = self.0.get_mut(behind - 1..=behind) {
+                        core::mem::swap(low, high);
+                    }
                 }
                 place
             }

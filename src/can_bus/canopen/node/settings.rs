@@ -10,6 +10,7 @@ use crate::can_bus::canopen::application::{Application, Notice, Written};
 use crate::can_bus::canopen::cob_id::CobId;
 use crate::can_bus::canopen::dictionary::{Entry, Limits};
 use crate::can_bus::canopen::parameter::{Parameter, PdoField, PdoParameters};
+use crate::can_bus::canopen::pdo;
 use crate::can_bus::canopen::pdo::TransmissionType;
 use crate::can_bus::canopen::pdo::mapping::{self, Direction};
 use crate::can_bus::canopen::policy::{Storing, SyncProducer};
@@ -313,9 +314,13 @@ impl Node {
         self.consumer_due = None;
         // As many as the dictionary has.
         self.rpdos.clear();
-        self.rpdos.extend((0..self.values.rpdos.len()).map(|_| Rpdo::OFF));
+        for _ in 0..self.values.rpdos.len() {
+            pdo::add(&mut self.rpdos, Rpdo::OFF);
+        }
         self.tpdos.clear();
-        self.tpdos.extend((0..self.values.tpdos.len()).map(|_| Tpdo::OFF));
+        for _ in 0..self.values.tpdos.len() {
+            pdo::add(&mut self.tpdos, Tpdo::OFF);
+        }
         (0..self.rpdos.len()).for_each(|place| self.set_up_rpdo(place));
         (0..self.tpdos.len()).for_each(|place| self.set_up_tpdo(now, place, app));
     }

@@ -30,6 +30,18 @@ pub(super) type PerPdo<T> = std::vec::Vec<T>;
 #[cfg(not(feature = "std"))]
 pub(super) type PerPdo<T> = heapless::Vec<T, MAX_PDOS>;
 
+/// Adds one at the end; `false`: there is no room.
+pub(super) fn add<T>(list: &mut PerPdo<T>, one: T) -> bool {
+    let room = list.len() < MAX_PDOS;
+    if room {
+        #[cfg(feature = "std")]
+        list.push(one);
+        #[cfg(not(feature = "std"))]
+        return list.push(one).is_ok();
+    }
+    room
+}
+
 /// Objects of communication, or of mappings, in one direction.
 pub(crate) const OBJECTS: u16 = 0x200;
 
