@@ -77,10 +77,12 @@ pub(super) fn of_parts(
         },
         (dp::State::DataExch, _) if outputs.iter().all(|octet| *octet == 0) => {
             let master = diagnosis.master.map_or(255, Address::number);
-            let text = format_args!(
-                "all outputs of master {master} are 0: it is in CLEAR (a PLC in STOP), has sent Clear_Data, or writes nothing"
-            );
-            tell(Reason::new("OutputsZero", &text));
+            tell(Reason::new(
+                "OutputsZero",
+                &format_args!(
+                    "all outputs of master {master} are 0: it is in CLEAR (a PLC in STOP), has sent Clear_Data, or writes nothing"
+                ),
+            ));
         }
         (dp::State::DataExch, _) => {}
     }
