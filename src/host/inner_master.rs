@@ -127,6 +127,11 @@ struct Desk {
     ended: bool,
 }
 
+/// An address on PROFIBUS that the master can have.
+pub(crate) fn free_address(is_taken: impl Fn(u8) -> bool) -> Option<u8> {
+    (1..=125).find(|address| !is_taken(*address))
+}
+
 impl InnerMaster {
     /// A master that nobody has asked anything. `wake` ends a run of its line.
     pub(crate) fn new(wake: Stop) -> Self {

@@ -327,7 +327,7 @@ fn printable(octets: &[u8]) -> String {
 }
 
 /// Octets from hexadecimal digits.
-fn octets(text: &str) -> Result<Vec<u8>, Problem> {
+pub(super) fn octets(text: &str) -> Result<Vec<u8>, Problem> {
     octets_of_hex(text).ok_or_else(|| {
         Problem::value(format!(
             "'{text}' is no hexadecimal octets; expected two digits for each, as \"01 FF\""

@@ -7,6 +7,7 @@ use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
 use tokio::time::{Instant as Moment, sleep};
 
+use super::acyclic::octets;
 #[cfg(test)]
 use super::description::Problems;
 use super::line::Line;
@@ -238,17 +239,6 @@ fn asked(known: &Known, order: NewOrder) -> Result<Asked, Problem> {
     })
 }
 
-fn octets(text: &str) -> Result<Vec<u8>, Problem> {
-    let digits: String = text.chars().filter(|one| !one.is_whitespace()).collect();
-    let wrong =
-        || Problem::value(format!("octets_hex: '{text}' is no row of octets; expected for example 01 FF"));
-    if !digits.len().is_multiple_of(2) || !digits.is_ascii() {
-        return Err(wrong());
-    }
-    let pairs = (0..digits.len()).step_by(2).map(|at| digits.get(at..at + 2).unwrap_or_default());
-    pairs.map(|pair| u8::from_str_radix(pair, 16).map_err(|_| wrong())).collect()
-}
-
 /// A parameter in decimal, or an entry in hexadecimal.
 fn place_of(bus: BusKind, text: &str) -> Option<inner_master::Place> {
     let text = text.trim();
@@ -278,8 +268,9 @@ async fn obey(place: &Place, known: Known, asked: Asked) -> Result<Json<MasterSt
             "master {owner} owns station {station}: two masters would disturb each other; end that one first"
         )));
     }
-    let free = (1..=125).find(|free| !known.addresses.contains(free));
-    let own = own.or(free).ok_or_else(|| Problem::conflict("no address is free for the master"))?;
+    let own = own
+        .or_else(|| inner_master::free_address(|address| known.addresses.contains(&address)))
+        .ok_or_else(|| Problem::conflict("no address is free for the master"))?;
     let ordered = master.ask((address, own), known.startup, asked);
     let number = ordered.ok_or_else(Problem::busy)?;
     let end = Moment::now() + PATIENCE;
@@ -344,8 +335,7 @@ fn prefix(line: &Line, kind: BusKind, address: u8, startup: Option<&Startup>) ->
         (Operation::Speed, Some(ppo))
             if startup.configuration == ppo.configuration() && startup.user_prm.is_empty() =>
         {
-            let name = ppo.to_string();
-            let number: u8 = name.strip_prefix("PPO ")?.parse().ok()?;
+            let number = ppo.number()?;
             Some(format!("{begin} --ppo {number} --ident {:04X}", startup.ident))
         }
         (Operation::Speed | Operation::Octets | Operation::Cia402 | Operation::Objects, _) => None,

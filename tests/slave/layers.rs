@@ -86,7 +86,7 @@ const TABLE: &[(&str, &[&str])] = &[
     ("panel", &["can_bus", "devices", "explain", "face", "gsd", "host", "process", "profibus", "time"]),
     // The numbers of lines, served as the panel is.
     ("metrics", &["can_bus", "devices", "face", "host", "panel", "profibus"]),
-    ("master", &["bench", "can_bus", "client", "devices", "face", "host", "profibus", "time"]),
+    ("master", &["bench", "can_bus", "client", "devices", "explain", "face", "host", "profibus", "time"]),
 ];
 
 #[test]

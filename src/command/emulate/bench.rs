@@ -6,7 +6,7 @@ use crate::command::Failure;
 use crate::command::args::Emulate;
 use crate::devices::CanopenEvent;
 use crate::host::can::{self, Seat};
-use crate::host::inner_master::{Asked, InnerMaster};
+use crate::host::inner_master::{self, Asked, InnerMaster};
 use crate::host::link::beside::Beside;
 use crate::host::{Bus, Link, Stop, SystemClock};
 use crate::master::inner::{InnerNodes, InnerSlaves};
@@ -44,18 +44,14 @@ impl SlavesBench {
     /// Has the master take the device that somebody tries.
     pub(super) fn take(&self, bus: &Bus) {
         let Some((board, _)) = &self.master else { return };
+        let is_taken = |address| bus.presence(Address::from_octet(address)).is_some();
+        let Some(own) = inner_master::free_address(is_taken) else { return };
         for address in bus.addresses() {
             if let Some(startup) = bus.startup(address) {
-                let _ = board.ask((address.number(), free(bus)), Some(startup), Asked::Take);
+                let _ = board.ask((address.number(), own), Some(startup), Asked::Take);
             }
         }
     }
-}
-
-/// An address that no station has.
-fn free(bus: &Bus) -> u8 {
-    let is_free = |address: &u8| bus.presence(Address::from_octet(*address)).is_none();
-    (1..=125).find(is_free).unwrap_or(0)
 }
 
 /// The master of a bus of CAN, if one is wanted.

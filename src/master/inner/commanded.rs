@@ -1,12 +1,13 @@
 //! A slave that the master in this program has: its client, and the order that it carries out.
 
-use super::{hex, number_of, pnu, said};
+use super::{number_of, pnu, said};
 use crate::client::{
     Ag03Channel, DriveClient, Goal, Images, Job, Limits, Outcome, PpoClient, PpoGoal, PpoLimits, Profile,
     Reply,
 };
 use crate::devices::ag03::drive::Direction;
 use crate::devices::ag03::param::{Pnu, Subindex, Value};
+use crate::explain::hex;
 use crate::face::Operation;
 use crate::face::operation::{Act, Verb};
 use crate::host::Startup;
@@ -282,7 +283,7 @@ impl Commanded {
 
     /// The words in the octets of a cycle, for people.
     fn words(&self, octets: &[u8]) -> String {
-        let octets_in_hex = || hex(octets.iter().copied());
+        let octets_in_hex = || hex(octets);
         let pkw = |octets: &[u8]| match octets.first_chunk() {
             Some(pkw) if Pkw::from_octets(*pkw) != Pkw::ZERO => format!("PKW {}, ", Pkw::from_octets(*pkw)),
             Some(_) | None => String::new(),
@@ -343,7 +344,7 @@ pub(super) fn in_words(asked: &Asked, named: impl Fn(Place) -> String) -> String
         Asked::Leave => "leave the line".into(),
         Asked::Act(act, value) => said(act, *value),
         Asked::Outputs(octets) => {
-            format!("outputs {}", hex(octets.iter().copied()))
+            format!("outputs {}", hex(octets))
         }
         Asked::Read(place) => format!("read {}", named(*place)),
         Asked::Write(place, value) => format!("write {value} to {}", named(*place)),

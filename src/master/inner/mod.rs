@@ -51,9 +51,3 @@ fn pnu(place: Place) -> String {
         None => format!("PNU {}", place.number),
     }
 }
-
-/// Octets as they are written.
-fn hex(octets: impl IntoIterator<Item = u8>) -> String {
-    let hex: Vec<String> = octets.into_iter().map(|octet| format!("{octet:02X}")).collect();
-    hex.join(" ")
-}

@@ -4,12 +4,13 @@ use core::time::Duration;
 use std::collections::{BTreeMap, VecDeque};
 
 use super::commanded::in_words;
-use super::{hex, number_of};
+use super::number_of;
 use crate::can_bus::can::{ErrorState, Frame};
 use crate::can_bus::canopen::nmt::{Command, NmtState, Reset};
 use crate::can_bus::canopen::{Abort, Address, NodeId, cob_id};
 use crate::client::{NodeClient, NodeGoal, NodeLimits, NodeOutcome, NodeTrouble};
 use crate::devices::CanopenEvent;
+use crate::explain::hex;
 use crate::face::operation::Verb;
 use crate::host::can::CanParticipant;
 use crate::host::inner_master::{Asked, InnerMaster, Order, Place};
@@ -296,7 +297,7 @@ fn is_look(frame: &Frame) -> bool {
 
 /// An SDO request or a command of NMT in words.
 fn frame_in_words(frame: &Frame) -> String {
-    let raw = format!("{:03X} {}", frame.id().number(), hex(frame.octets().iter().copied()));
+    let raw = format!("{:03X} {}", frame.id().number(), hex(frame.octets()));
     let meant = match *frame.octets() {
         [command, low, high, sub, ref data @ ..] => {
             let at = Address::new(u16::from_le_bytes([low, high]), sub);
@@ -322,7 +323,7 @@ fn frame_in_words(frame: &Frame) -> String {
 
 /// A number whose octets come low octet first.
 fn number_in_hex(octets: &[u8]) -> String {
-    hex(octets.iter().rev().copied()).replace(' ', "")
+    octets.iter().rev().map(|octet| format!("{octet:02X}")).collect()
 }
 
 /// The value of an entry, low octet first.

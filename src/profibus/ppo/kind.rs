@@ -70,18 +70,26 @@ impl PpoType {
             Self::SevenWords => &[0xF3, 0xF2],
         }
     }
+
+    /// Its number in the profile; `None`: the seven words have none.
+    pub(crate) const fn number(self) -> Option<u8> {
+        match self {
+            Self::Ppo1 => Some(1),
+            Self::Ppo2 => Some(2),
+            Self::Ppo3 => Some(3),
+            Self::Ppo4 => Some(4),
+            Self::Ppo5 => Some(5),
+            Self::SevenWords => None,
+        }
+    }
 }
 
 impl fmt::Display for PpoType {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Ppo1 => "PPO 1",
-            Self::Ppo2 => "PPO 2",
-            Self::Ppo3 => "PPO 3",
-            Self::Ppo4 => "PPO 4",
-            Self::Ppo5 => "PPO 5",
-            Self::SevenWords => "PPO of seven words",
-        })
+        match self.number() {
+            Some(number) => write!(f, "PPO {number}"),
+            None => f.write_str("PPO of seven words"),
+        }
     }
 }
 

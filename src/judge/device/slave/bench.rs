@@ -28,8 +28,8 @@ pub(super) use hands::{CLEAR, FREEZE_COMMAND, SYNC_COMMAND, UNFREEZE_COMMAND, UN
 pub(super) use ppo::pkw;
 pub(super) use prm::{FREEZE, LOCK, Prm, SYNC, UNLOCK};
 
-/// Octets of Slave_Diag in front of the extended diagnosis.
-pub(super) const DIAG_LEN: usize = 6;
+pub(super) use crate::profibus::dp::slave_diag::LEN as DIAG_LEN;
+
 /// Telegrams that are shown of one row at most: the last ones.
 const SHOWN: usize = 24;
 /// An operating system may sleep now and then: so many late replies count where no times are seen.

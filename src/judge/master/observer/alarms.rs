@@ -6,12 +6,10 @@ use super::Observer;
 use super::cycle::Cycle;
 use crate::judge::master::findings::Weight;
 use crate::judge::master::rows::Row;
-use crate::profibus::dp::ext_diag;
+use crate::profibus::dp::{ext_diag, slave_diag};
 use crate::profibus::dpv1::{AlarmHead, TypedBlock};
 use crate::time::Instant;
 
-/// Octets of Slave_Diag before its blocks.
-const DIAG_HEAD: usize = 6;
 /// Data_Exchange at most, and for how long, before an alarm is acknowledged.
 const MOST_EXCHANGES: u32 = 200;
 const MOST_TIME: Duration = Duration::from_secs(2);
@@ -53,7 +51,7 @@ impl Observer {
         if !offers || !view.exchanging || !view.enables_dpv1() {
             return;
         }
-        for block in ext_diag::blocks(octets.get(DIAG_HEAD..).unwrap_or_default()) {
+        for block in ext_diag::blocks(octets.get(slave_diag::LEN..).unwrap_or_default()) {
             let Some(TypedBlock::Alarm { head, .. }) = TypedBlock::of_block(block) else { continue };
             let known = view.services.alarms.shown.iter().any(|shown| shown.head.means(head));
             if !known {

@@ -1,6 +1,7 @@
 //! SAP 51 and its neighbours: who is served, and how one job runs.
 
 use super::{expected, likely, row};
+use crate::explain::hex;
 use crate::judge::device::course::{Course, broken, inapplicable};
 use crate::judge::device::row::{By, Group};
 use crate::judge::device::slave::Bench;
@@ -242,10 +243,6 @@ fn r11(bench: &mut Bench) -> Course {
         return Ok(());
     }
     broken(format!("the same poll brings {} at first, then {}", hex(&first), hex(&bench.last_reply)))
-}
-
-fn hex(octets: &[u8]) -> String {
-    crate::explain::hex(octets)
 }
 
 fn r12(bench: &mut Bench) -> Course {
