@@ -16,7 +16,7 @@ word() {
 # check BOARD TARGET VECTOR_TABLE END_OF_RAM
 check() {
     rustup target list --installed | grep -qx "$2" || rustup target add "$2"
-    (cd "$1" && cargo fmt --check && cargo build --quiet --release --locked --target "$2")
+    (cd "$1" && cargo build --quiet --release --locked --target "$2")
     local program=${CARGO_TARGET_DIR:-$1/target}/$2/release/profidrive-$1 flash table stack start
     flash=$(size -A "$program" | awk '$1 ~ /^[.](vector_table|boot2|text|rodata|data)$/ { sum += $2 } END { print sum }')
     table=$(size -A "$program" | awk '$1 == ".vector_table" { print $3 }')
@@ -30,6 +30,5 @@ check() {
     }
 }
 
-(cd .. && cargo fmt --check)
 check rp2040 thumbv6m-none-eabi $((0x10000100)) $((0x20040000))
 check stm32f4 thumbv7em-none-eabihf $((0x08000000)) $((0x20020000))

@@ -146,7 +146,9 @@ fn run() -> ! {
 
     use profidrive::can_bus::canopen::dictionary::{Entry, Object};
     use profidrive::can_bus::canopen::value::DataType::{U8, U16, U32};
-    use profidrive::can_bus::canopen::{Abort, Address, Application, Node, NodeId, Notice, Policy, Request, Source, Value, Written};
+    use profidrive::can_bus::canopen::{
+        Abort, Address, Application, Node, NodeId, Notice, Policy, Request, Source, Value, Written,
+    };
     use profidrive::time::Instant;
 
     const OBJECTS: &[Object] = &[
@@ -154,38 +156,60 @@ fn run() -> ! {
         Object::var(0x1001, &[Entry::ro(0, "Error register", U8).number(0).node()]),
         Object::var(0x1014, &[Entry::rw(0, "COB-ID EMCY", U32).node_id(0x80).node()]),
         Object::var(0x1017, &[Entry::rw(0, "Producer heartbeat time", U16).number(0).node()]),
-        Object::record(0x1018, "Identity", &[
-            Entry::ro(0, "Highest sub-index", U8).number(1),
-            Entry::ro(1, "Vendor", U32).number(0),
-        ]),
-        Object::record(0x1400, "RPDO 1 communication", &[
-            Entry::ro(0, "Highest sub-index", U8).number(2),
-            Entry::rw(1, "COB-ID", U32).node_id(0x200).node(),
-            Entry::rw(2, "Transmission type", U8).number(255).node(),
-        ]),
-        Object::record(0x1600, "RPDO 1 mapping", &[
-            Entry::ro(0, "Mapped objects", U8).number(1).node(),
-            Entry::ro(1, "Mapping 1", U32).number(0x6200_0108).node(),
-        ]),
-        Object::record(0x1800, "TPDO 1 communication", &[
-            Entry::ro(0, "Highest sub-index", U8).number(5),
-            Entry::rw(1, "COB-ID", U32).node_id(0x180).node(),
-            Entry::rw(2, "Transmission type", U8).number(255).node(),
-            Entry::rw(3, "Inhibit time", U16).number(0).node(),
-            Entry::rw(5, "Event timer", U16).number(0).node(),
-        ]),
-        Object::record(0x1A00, "TPDO 1 mapping", &[
-            Entry::ro(0, "Mapped objects", U8).number(1).node(),
-            Entry::ro(1, "Mapping 1", U32).number(0x6000_0108).node(),
-        ]),
-        Object::array(0x6000, "Inputs", &[
-            Entry::ro(0, "Highest sub-index", U8).number(1),
-            Entry::ro(1, "Inputs 1 to 8", U8).live().to_tpdo(),
-        ]),
-        Object::array(0x6200, "Outputs", &[
-            Entry::ro(0, "Highest sub-index", U8).number(1),
-            Entry::rw(1, "Outputs 1 to 8", U8).to_rpdo(),
-        ]),
+        Object::record(
+            0x1018,
+            "Identity",
+            &[Entry::ro(0, "Highest sub-index", U8).number(1), Entry::ro(1, "Vendor", U32).number(0)],
+        ),
+        Object::record(
+            0x1400,
+            "RPDO 1 communication",
+            &[
+                Entry::ro(0, "Highest sub-index", U8).number(2),
+                Entry::rw(1, "COB-ID", U32).node_id(0x200).node(),
+                Entry::rw(2, "Transmission type", U8).number(255).node(),
+            ],
+        ),
+        Object::record(
+            0x1600,
+            "RPDO 1 mapping",
+            &[
+                Entry::ro(0, "Mapped objects", U8).number(1).node(),
+                Entry::ro(1, "Mapping 1", U32).number(0x6200_0108).node(),
+            ],
+        ),
+        Object::record(
+            0x1800,
+            "TPDO 1 communication",
+            &[
+                Entry::ro(0, "Highest sub-index", U8).number(5),
+                Entry::rw(1, "COB-ID", U32).node_id(0x180).node(),
+                Entry::rw(2, "Transmission type", U8).number(255).node(),
+                Entry::rw(3, "Inhibit time", U16).number(0).node(),
+                Entry::rw(5, "Event timer", U16).number(0).node(),
+            ],
+        ),
+        Object::record(
+            0x1A00,
+            "TPDO 1 mapping",
+            &[
+                Entry::ro(0, "Mapped objects", U8).number(1).node(),
+                Entry::ro(1, "Mapping 1", U32).number(0x6000_0108).node(),
+            ],
+        ),
+        Object::array(
+            0x6000,
+            "Inputs",
+            &[
+                Entry::ro(0, "Highest sub-index", U8).number(1),
+                Entry::ro(1, "Inputs 1 to 8", U8).live().to_tpdo(),
+            ],
+        ),
+        Object::array(
+            0x6200,
+            "Outputs",
+            &[Entry::ro(0, "Highest sub-index", U8).number(1), Entry::rw(1, "Outputs 1 to 8", U8).to_rpdo()],
+        ),
     ];
 
     struct Io {
@@ -217,7 +241,8 @@ fn run() -> ! {
         fn notice(&mut self, _: Instant, _: Notice) {}
 
         fn poll_request(&mut self) -> Option<Request> {
-            core::mem::take(&mut self.changed).then_some(Request::Tpdo(profidrive::can_bus::canopen::PdoNumber::P1))
+            core::mem::take(&mut self.changed)
+                .then_some(Request::Tpdo(profidrive::can_bus::canopen::PdoNumber::P1))
         }
     }
 
@@ -291,17 +316,13 @@ device!(
 #[cfg(feature = "ap10_node")]
 use profidrive::devices::ap10::canopen::{Ap10, Config as Ap10Config};
 #[cfg(feature = "ap10_node")]
-device!(
-    Ap10,
-    |_| Ap10::new(Ap10Config::new(profidrive::can_bus::canopen::NodeId::MIN)),
-    |node| node.indicator().position() as u8
-);
+device!(Ap10, |_| Ap10::new(Ap10Config::new(profidrive::can_bus::canopen::NodeId::MIN)), |node| node
+    .indicator()
+    .position()
+    as u8);
 
 #[cfg(feature = "asda_a2_node")]
 use profidrive::devices::asda_a2::canopen::{AsdaA2, Config as AsdaConfig, Quirks};
 #[cfg(feature = "asda_a2_node")]
-device!(
-    AsdaA2,
-    |now| AsdaA2::new(AsdaConfig::new(1), Quirks::default(), now),
-    |node| node.statusword().0 as u8
-);
+device!(AsdaA2, |now| AsdaA2::new(AsdaConfig::new(1), Quirks::default(), now), |node| node.statusword().0
+    as u8);

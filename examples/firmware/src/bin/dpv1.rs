@@ -12,8 +12,8 @@ use profidrive::embedded::Slave;
 use profidrive::profibus::dp::{Description, Fixed, Rates, Station};
 use profidrive::profibus::dpv1::identification::LEN;
 use profidrive::profibus::dpv1::{
-    Acyclic, AlarmOffer, AlarmType, ErrorCode, Failure, Identification, Job, Ms2Offer, NotDone, Offer, Records,
-    Specifier, Text,
+    Acyclic, AlarmOffer, AlarmType, ErrorCode, Failure, Identification, Job, Ms2Offer, NotDone, Offer,
+    Records, Specifier, Text,
 };
 use profidrive::profibus::fdl::{Address, FrameError, Framer, MAX_TELEGRAM_LEN, Resync, Telegram};
 use profidrive::time::{BaudRate, Instant};
@@ -80,7 +80,9 @@ impl Records for Memory {
 
     fn identification(&mut self, slot: u8, block: u16) -> Result<[u8; LEN], Failure> {
         match (slot, block) {
-            (0, 0) => Ok(Identification { order_id: Text::of("IO 8/8 DP-V1"), ..Identification::PLAIN }.octets()),
+            (0, 0) => {
+                Ok(Identification { order_id: Text::of("IO 8/8 DP-V1"), ..Identification::PLAIN }.octets())
+            }
             _ => Err(Failure::of(ErrorCode::INVALID_INDEX)),
         }
     }
@@ -164,7 +166,10 @@ impl Slave for OnLine {
 
     fn poll_timeout(&self) -> Option<Instant> {
         let Part { station, acyclic, .. } = &self.part;
-        [station.poll_timeout(), acyclic.poll_timeout(), self.framer.poll_timeout()].into_iter().flatten().min()
+        [station.poll_timeout(), acyclic.poll_timeout(), self.framer.poll_timeout()]
+            .into_iter()
+            .flatten()
+            .min()
     }
 }
 
