@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Lets masters of others run the firmwares under QEMU: pyprofibus and profirust the drive and the I/O station, python-canopen and our
-# own master the CANopen node.
+# Lets masters of others run the firmwares under QEMU: pyprofibus and profirust the drive and the I/O station, our own master and
+# judge the station of DP-V1, python-canopen and our own master the CANopen node.
 #
 #   examples/firmware/test.sh target/release/profidrive
 #
@@ -74,6 +74,20 @@ start io stations=7
 "$profidrive" gsd check "$root/gsd/PDRV494F.GSD" || fail "the GSD of the I/O station"
 "$python" "$root/tests/interop/io_station.py" --port "$line" --gsd "$root/gsd/PDRV494F.GSD" || fail "io_station.py"
 judge "7,gsd=$root/gsd/PDRV494F.GSD"
+stop
+
+start dpv1 stations=7
+v1=$here/dpv1.gsd
+"$profidrive" gsd check "$v1" || fail "the GSD of the station of DP-V1"
+record() { "$profidrive" master --link "$line" --address 7 record "$@" || fail "master record $*"; }
+# "pump 1" and blanks.
+record write 0 1 70756D70203120202020202020202020
+record read 0 1 | tee "$work/record"
+grep -q '70 75 6D 70 20 31' "$work/record" || fail "the name that was written is not read"
+record read 1 2
+"$profidrive" master --link "$line" --address 7 im | tee "$work/record"
+grep -q 'IO 8/8 DP-V1' "$work/record" || fail "I&M0 says no order number"
+judge "7,gsd=$v1"
 stop
 
 start canopen nodes=5

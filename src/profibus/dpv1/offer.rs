@@ -23,7 +23,8 @@ pub struct Ms2Offer {
     pub max_data: u8,
     /// Max_Initiate_PDU_Length.
     pub max_initiate: u8,
-    /// The least Send_Timeout, times 10 ms.
+    /// The least Send_Timeout, times 10 ms. A connection that was offered is kept three times as long for the master that
+    /// asked for it: with 0 no master gets one.
     pub min_send_timeout: u16,
 }
 

@@ -39,7 +39,7 @@ const APPLICATION: Fixed<'static> = Fixed { configurations: &[&[0x20, 0x10]], ..
 
 const OFFER: Offer = Offer {
     ms1: Some(240),
-    ms2: Some(Ms2Offer { connections: 2, max_data: 240, max_initiate: 52, min_send_timeout: 0 }),
+    ms2: Some(Ms2Offer { connections: 2, max_data: 240, max_initiate: 52, min_send_timeout: 100 }),
     alarms: AlarmOffer { types: 0x40, sequence: 0, extra_sap: false },
 };
 
