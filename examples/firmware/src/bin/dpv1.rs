@@ -29,8 +29,8 @@ const DESCRIPTION: Description = Description {
         .without(BaudRate::K3000)
         .without(BaudRate::K6000)
         .without(BaudRate::K12000),
-    // DP-V1 and a watchdog of 1 ms; process alarms; one alarm of each type.
-    dpv1_status: Some([0x84, 0x40, 0x00]),
+    // DP-V1 and a watchdog of 1 ms; process alarms; any Alarm_Mode: a slave takes the nearest that it has.
+    dpv1_status: Some([0x84, 0x40, 0x07]),
     max_diag_len: 12,
     ..Description::PLAIN
 };
