@@ -106,8 +106,8 @@ impl LinePlan {
             args.choose_quirks(&mut spec).map_err(Failure::Usage)?;
             SlavePlan::new(spec).map_err(|wrong| Failure::Usage(wrong.words))
         };
-        let slaves = if args.nodes.is_empty() {
-            args.slaves().map(slave).collect::<Result<_, _>>()?
+        let slaves = if args.nodes().is_empty() {
+            args.slaves().iter().cloned().map(slave).collect::<Result<_, _>>()?
         } else {
             Vec::new()
         };

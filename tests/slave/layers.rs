@@ -132,32 +132,60 @@ fn a_bus_knows_no_device_and_a_device_no_bus() {
 /// A master has no device of ours at its other end, and so no description of one: what it sends and expects are the words and
 /// units of the drive. Each kind of drive has one folder for that, behind the trait `Commissioned`.
 const NAMES_A_DEVICE: &[(&str, &str)] = &[
-    ("command/master/ag03", "the master's end of the positioning drives"),
+    ("command/master/positioning", "the master's end of the positioning drives"),
     ("command/master/ppo", "the master's end of any drive with variable speed of PROFIDRIVE"),
 ];
 
+/// How kinds of devices are named, in modules, types, options and texts; without `_` and `-`, which may be there.
+const KINDS: &[&str] =
+    &["ag03", "ap10", "asda", "cia402drive", "edsnode", "fromeds", "gsdstation", "ppodrive", "profidrive4"];
+
+/// The kinds that a file names in its code and texts. Of comments those that are texts: the help of an option is one.
+fn kinds_named(text: &str, help: bool) -> Vec<&'static str> {
+    let shown = |line: &&str| {
+        let line = line.trim_start();
+        !line.starts_with("//") || help && line.starts_with("///")
+    };
+    let code = text.split("#[cfg(test)]\nmod ").next().unwrap();
+    let code: String = code.lines().filter(shown).collect::<Vec<_>>().join("\n");
+    let plain = code.to_lowercase().replace(['_', '-'], "");
+    KINDS.iter().copied().filter(|kind| plain.contains(kind)).collect()
+}
+
 #[test]
 fn a_face_names_no_kind_of_device_but_where_it_must() {
-    let kinds = ["ag03", "ap10", "asda_a2", "cia402_drive", "from_eds", "ppo_drive", "profidrive4"]
-        .map(|kind| format!("devices::{kind}"));
     let mut unused: Vec<_> = NAMES_A_DEVICE.iter().map(|(file, _)| *file).collect();
     let mut breaches = Vec::new();
     for file in ["command", "metrics", "panel"].into_iter().flat_map(files_of) {
-        let text = fs::read_to_string(&file).unwrap();
-        let code = text.split("#[cfg(test)]").next().unwrap();
-        let place = place(&file);
-        if !imports(code, &place).iter().any(|import| kinds.iter().any(|kind| is_in(import, kind))) {
+        let place = place(&file).join("/");
+        let named = kinds_named(&fs::read_to_string(&file).unwrap(), place.starts_with("command/args"));
+        if named.is_empty() {
             continue;
         }
-        let place = place.join("/");
         match NAMES_A_DEVICE.iter().find(|(file, _)| place == *file || place.starts_with(&format!("{file}/")))
         {
             Some((file, _)) => unused.retain(|row| row != file),
-            None => breaches.push(place),
+            None => breaches.push(format!("{place}: {}", named.join(", "))),
         }
     }
     assert_eq!(breaches, [""; 0], "ask the list of devices, or the description");
     assert_eq!(unused, [""; 0], "they name no kind of device any more: delete their rows");
+}
+
+#[test]
+fn a_kind_of_device_is_seen_in_code_texts_and_help() {
+    for (line, help, named) in [
+        ("use crate::devices::ag03::param;", false, "ag03"),
+        ("Group::PpoDrive => {}", false, "ppodrive"),
+        ("let text = \"--device asda-a2\";", false, "asda"),
+        ("    /// Of an AP10 only.", true, "ap10"),
+        ("    /// Of an AP10 only.", false, ""),
+        ("    // As the AP10 does it.", true, ""),
+        ("let master = crate::profidrive();", false, ""),
+        ("#[cfg(test)]\nmod tests { fn ag03() {} }", false, ""),
+    ] {
+        assert_eq!(kinds_named(line, help).join(" "), named, "{line}");
+    }
 }
 
 #[test]

@@ -8,7 +8,8 @@ use crate::host::can::Product;
 use clap::ValueEnum;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
-use super::spec::{device, offered_device};
+use super::examples;
+use super::spec::{device, offered_device, product_names};
 
 /// Explains telegrams and words of PROFIBUS and frames of CANopen field by field: text, files, streams, captures
 ///
@@ -24,7 +25,7 @@ use super::spec::{device, offered_device};
 /// A damaged telegram is shown with the octet and the reason, a mistake with what is wrong. What a stream shows is used for
 /// what comes later: which request a reply answers, the operating mode (PNU 930) and the unit of positions (PNU 1012).
 #[derive(Debug, clap::Args)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = examples(EXAMPLES))]
 pub(crate) struct Decode {
     /// Octets in hexadecimal or frames of CAN (an argument with spaces is a line of its own), or one file; - or nothing: stdin
     #[arg(value_name = "HEX|FILE")]
@@ -48,8 +49,7 @@ pub(crate) struct Decode {
     #[arg(long, value_name = "MODE", value_parser = modes())]
     pub(crate) mode: Option<Mode>,
 
-    /// Every node on CANopen is this device: ag03-1, ap10, asda-a2
-    #[arg(long, value_name = "DEVICE", value_parser = offered_device(), hide_possible_values = true)]
+    #[arg(long, value_name = "DEVICE", help = format!("Every node on CANopen is this device: {}", product_names()), value_parser = offered_device(), hide_possible_values = true)]
     pub(crate) device: Option<&'static Product>,
 
     /// This node on CANopen is this device; may be given for each node
@@ -62,7 +62,8 @@ pub(crate) struct Decode {
 }
 
 fn node_device(text: &str) -> Result<(NodeId, &'static Product), String> {
-    let (node, name) = text.split_once('=').ok_or("expected N=DEVICE, for example 5=ag03-1")?;
+    let (node, name) =
+        text.split_once('=').ok_or_else(|| examples("expected N=DEVICE, for example 5={node.1}"))?;
     let node = node.parse().ok().and_then(|number| NodeId::new(number).ok());
     Ok((node.ok_or("expected a node number from 1 to 127 before =")?, device(name)?))
 }
@@ -111,7 +112,7 @@ Examples:
   profidrive decode 10 05 02 49 50 16
   profidrive decode 13FA 0000 0000 0000
   profidrive decode --brief bus.pcapng
-  profidrive decode --device ag03-1 605#4041600000000000
-  profidrive decode --brief --node 5=ag03-1 --node 7=asda-a2 candump.log
+  profidrive decode --device {node.1} 605#4041600000000000
+  profidrive decode --brief --node 5={node.1} --node 7={node.3} candump.log
   profidrive decode --json - < trace.txt
   profidrive decode --as inputs --mode velocity 1E37";

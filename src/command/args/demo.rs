@@ -2,16 +2,17 @@
 
 use crate::host::can::Product;
 
+use super::examples;
 use super::spec::offered_device;
 
 /// Shows a master and a device on a bus in memory: start-up, parameters, motion or display, a fault
 ///
-/// Needs no hardware and takes less than two seconds. Without --device: a DP master and an AG03/1 on PROFIBUS. Every
+/// Needs no hardware and takes less than two seconds. Without --device: a DP master and a drive on PROFIBUS. Every
 /// telegram of the start-up is shown with its meaning, then the words of the parameter channel, control word and status
 /// word, and why the drive refuses what it refuses. Times are those on the bus.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  profidrive demo\n  profidrive demo | less\n  profidrive demo --device ap10"
+    after_help = examples("Examples:\n  profidrive demo\n  profidrive demo | less\n  profidrive demo --device {node.2}")
 )]
 pub(crate) struct Demo {
     /// A CANopen device instead, by its name in `profidrive eds`

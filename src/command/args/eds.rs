@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use crate::host::can::Product;
 
+use super::examples;
 use super::spec::{Offered, device, offered_device};
 
 /// Prints the electronic data sheet (EDS, CiA 306) of a CANopen device, or explains a file: EDS, DCF, XDD or XDC
@@ -14,11 +15,11 @@ use super::spec::{Offered, device, offered_device};
 #[command(
     args_conflicts_with_subcommands = true,
     arg_required_else_help = true,
-    after_help = "Examples:\n  profidrive eds asda-a2 > asda-a2.eds\n  profidrive eds ap10\n  profidrive eds pump.eds\n  \
-                  profidrive eds --objects pump.eds\n  profidrive eds --json pump.dcf\n  profidrive eds pump.xdd\n  profidrive eds check pump.eds"
+    after_help = examples("Examples:\n  profidrive eds {node.3} > {node.3}.eds\n  profidrive eds {node.2}\n  profidrive eds pump.eds\n  \
+                           profidrive eds --objects pump.eds\n  profidrive eds --json pump.dcf\n  profidrive eds pump.xdd\n  profidrive eds check pump.eds")
 )]
 pub(crate) struct Eds {
-    /// The device, for example asda-a2, or a file (.eds, .dcf, .xdd, .xdc); an unknown name is answered with the list of all devices
+    /// The device by its name, or a file (.eds, .dcf, .xdd, .xdc); an unknown name is answered with the list of all devices
     #[arg(value_name = "DEVICE|FILE", required = true, value_parser = offered_sheet(), hide_possible_values = true)]
     pub(crate) of: Option<Sheet>,
 

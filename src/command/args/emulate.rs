@@ -5,14 +5,14 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use crate::host::can;
-use crate::host::fault::{BusKind, Rule};
+use crate::host::fault::{BusKind, Row, Rule, Way};
 use crate::host::list::{DEVICES, Device, Group, RATES, Spec};
 use crate::profibus::fdl::Address;
 
 use super::link::expected_rates;
 use super::link::host_and_port;
-use super::spec::{self, RangeSpec, offered_baud, offered_quirk, quirk_parts, quirks_help, unknown_quirk};
-use super::{BaudSpec, LinkSpec};
+use super::spec::{offered_baud, offered_quirk, quirk_parts, quirks_help, unknown_quirk};
+use super::{BaudSpec, Devices, LinkSpec, examples};
 
 /// Puts emulated drives on a line, or CANopen nodes on a CAN bus, until SIGINT (Ctrl-C) or SIGTERM
 ///
@@ -20,103 +20,25 @@ use super::{BaudSpec, LinkSpec};
 /// `nodes=<node numbers>`), and logs to stderr. Exit codes: 0 after
 /// SIGINT or SIGTERM, 2 the command line is wrong, 1 any other error.
 #[derive(Debug, clap::Args)]
-#[command(after_help = EMULATE_EXAMPLES)]
+#[command(after_help = after_help())]
 pub(crate) struct Emulate {
-    #[arg(
-        long = "drive",
-        help = format!("A drive: {}; repeat it for more drives on the same line", Group::Drive.form("ADDRESS")),
-        value_name = "SPEC",
-        value_parser = spec::drive,
-        default_value = "5,model=ag03-1,gear=48",
-        default_value_ifs([
-            ("ranges", clap::builder::ArgPredicate::IsPresent, None),
-            ("nodes", clap::builder::ArgPredicate::IsPresent, None),
-            ("stations", clap::builder::ArgPredicate::IsPresent, None),
-            ("ppo_drives", clap::builder::ArgPredicate::IsPresent, None),
-            ("profidrives", clap::builder::ArgPredicate::IsPresent, None),
-            ("line", clap::builder::ArgPredicate::IsPresent, None),
-        ])
-    )]
-    pub(crate) single: Vec<Spec>,
+    #[command(flatten)]
+    pub(crate) devices: Devices,
 
     /// Takes everything from a file, also several lines (docs/line.md); only --check and --end-with-stdin can be given with it
     #[arg(
         long,
         value_name = "FILE.toml",
-        conflicts_with_all = [
-            "single", "ranges", "nodes", "stations", "ppo_drives", "profidrives", "force_address", "link", "baud", "slot_time", "allow_remote",
-            "faults", "panel", "panel_allow_remote", "metrics", "metrics_allow_remote", "state_dir", "capture", "quirks",
-            "panel_files", "bench",
-        ]
+        conflicts_with_all = Devices::options().chain([
+            "force_address", "link", "baud", "slot_time", "allow_remote", "faults", "panel", "panel_allow_remote", "metrics",
+            "metrics_allow_remote", "state_dir", "capture", "quirks", "panel_files", "bench",
+        ])
     )]
     pub(crate) line: Option<PathBuf>,
 
     /// Reads the file of --line, or what the other options say, and all files that are named, says what is there, and opens nothing
     #[arg(long = "check")]
     pub(crate) check_only: bool,
-
-    #[arg(
-        long = "drives",
-        id = "ranges",
-        value_name = "SPECS",
-        help = format!(
-            "A range of identical drives: {}, as in 1-125,gear=24; may be repeated and mixed with --drive",
-            Group::Drive.form("FIRST-LAST")
-        ),
-    )]
-    ranges: Vec<RangeSpec>,
-
-    #[arg(
-        long = "node",
-        id = "nodes",
-        value_name = "SPEC",
-        value_parser = spec::node,
-        help = format!(
-            "A CANopen node: {} (gear: AG03/1; mode: ASDA-A2, full or half CANopen; twin: another node may have its number, a \
-             fault on purpose); repeat it for more nodes on the same CAN bus. Needs a link of a CAN bus",
-            Group::Node.form("ID")
-        ),
-    )]
-    pub(crate) nodes: Vec<Spec>,
-
-    #[arg(
-        long = "station",
-        id = "stations",
-        value_name = "SPEC",
-        value_parser = spec::station,
-        help = format!(
-            "A station that a device file (GSD) describes: {}; strict accepts nothing that the file does not say; repeat it \
-             for more stations, also together with drives",
-            Group::Station.form("ADDRESS")
-        ),
-    )]
-    pub(crate) stations: Vec<Spec>,
-
-    #[arg(
-        long = "ppo-drive",
-        id = "ppo_drives",
-        value_name = "SPEC",
-        value_parser = spec::ppo_drive,
-        help = format!(
-            "Any drive with variable speed of PROFIDRIVE version 2: {}; without ppo it takes the PPO that the master \
-             chooses; repeat it for more (docs/ppo-drive.md)",
-            Group::PpoDrive.form("ADDRESS")
-        ),
-    )]
-    pub(crate) ppo_drives: Vec<Spec>,
-
-    #[arg(
-        long = "profidrive",
-        id = "profidrives",
-        value_name = "SPEC",
-        value_parser = spec::profidrive,
-        help = format!(
-            "A servo drive of PROFIdrive 3 and 4 with DP-V1: {}; without telegram it takes the one that the master chooses; \
-             repeat it for more (docs/profidrive.md)",
-            Group::Profidrive.form("ADDRESS")
-        ),
-    )]
-    pub(crate) profidrives: Vec<Spec>,
 
     /// Do not listen first whether another station on a serial line has the address of a drive
     #[arg(long)]
@@ -129,7 +51,7 @@ pub(crate) struct Emulate {
     #[arg(
         long,
         default_value = "pty",
-        default_value_if("nodes", clap::builder::ArgPredicate::IsPresent, "slcan-pty")
+        default_value_if(Group::Node.name(), clap::builder::ArgPredicate::IsPresent, "slcan-pty")
     )]
     pub(crate) link: LinkSpec,
 
@@ -242,16 +164,11 @@ impl Emulate {
     }
 
     /// A line with nobody on it.
-    pub(crate) const fn on(link: LinkSpec) -> Self {
+    pub(crate) fn on(link: LinkSpec) -> Self {
         Self {
-            single: Vec::new(),
+            devices: Devices::default(),
             line: None,
             check_only: false,
-            ranges: Vec::new(),
-            nodes: Vec::new(),
-            stations: Vec::new(),
-            ppo_drives: Vec::new(),
-            profidrives: Vec::new(),
             force_address: false,
             link,
             baud: None,
@@ -272,24 +189,19 @@ impl Emulate {
         }
     }
 
-    /// Every drive asked for, those named one by one first.
-    pub(crate) fn drives(&self) -> impl Iterator<Item = Spec> + '_ {
-        self.single.iter().cloned().chain(self.ranges.iter().flat_map(RangeSpec::drives))
-    }
-
     /// Everybody on a line of PROFIBUS.
-    pub(crate) fn slaves(&self) -> impl Iterator<Item = Spec> + '_ {
-        self.drives().chain(self.ppo_drives.iter().chain(&self.profidrives).chain(&self.stations).cloned())
+    pub(crate) fn slaves(&self) -> &[Spec] {
+        &self.devices.slaves
     }
 
     /// Every node asked for.
     pub(crate) fn nodes(&self) -> &[Spec] {
-        &self.nodes
+        &self.devices.nodes
     }
 
     /// The faults of the line.
     pub(crate) fn faults(&self) -> Result<Vec<Rule>, String> {
-        let bus = if self.nodes.is_empty() { BusKind::Profibus } else { BusKind::Can };
+        let bus = if self.nodes().is_empty() { BusKind::Profibus } else { BusKind::Can };
         let read = |text: &String| {
             Rule::on(bus, text)
                 .map_err(|error| format!("invalid value '{text}' for '--fault <SPEC>': {error}"))
@@ -309,10 +221,10 @@ impl Emulate {
     /// Whether a quirk of all is one of a device: on PROFIBUS of any that may be added, on a CAN bus of one that is there.
     pub(crate) fn check_quirk(&self, text: &str) -> Result<(), String> {
         let (name, value) = quirk_parts(text)?;
-        let mut there: Vec<&'static Device> = if self.nodes.is_empty() {
-            DEVICES.iter().filter(|device| device.group() != Group::Node).collect()
+        let mut there: Vec<&'static Device> = if self.nodes().is_empty() {
+            DEVICES.iter().filter(|device| !device.group().is_on_can()).collect()
         } else {
-            self.nodes.iter().map(|node| node.device).collect()
+            self.nodes().iter().map(|node| node.device).collect()
         };
         there.dedup_by_key(|device| device.quirks());
         let has_it = |device: &&&Device| device.quirks().iter().any(|row| row.name == name);
@@ -352,7 +264,7 @@ impl Emulate {
                         or slcan-tcp link"
                 .into());
         }
-        match (&self.link, self.nodes.is_empty()) {
+        match (&self.link, self.nodes().is_empty()) {
             (LinkSpec::Can(_), false) => self.check_nodes(),
             (LinkSpec::Pty(_) | LinkSpec::Serial(_) | LinkSpec::Tcp(_), true) => self.check_drives(),
             (LinkSpec::Can(_), true) => Err(format!(
@@ -369,12 +281,7 @@ impl Emulate {
     }
 
     fn check_nodes(&self) -> Result<(), String> {
-        if !self.single.is_empty()
-            || !self.ranges.is_empty()
-            || !self.stations.is_empty()
-            || !self.ppo_drives.is_empty()
-            || !self.profidrives.is_empty()
-        {
+        if !self.slaves().is_empty() {
             return Err(
                 "drives and stations are on PROFIBUS and nodes on CAN; start one emulator with --drive and another with \
                         --node"
@@ -383,7 +290,7 @@ impl Emulate {
         }
         let mut numbers = BTreeSet::new();
         if let Some(twice) =
-            self.nodes.iter().find(|node| !numbers.insert(node.node()) && !node.choices.flag("twin"))
+            self.nodes().iter().find(|node| !numbers.insert(node.node()) && !node.choices.flag("twin"))
         {
             return Err(format!(
                 "two nodes have the number {}; give each node its own, or say that one is a twin: --node {},twin",
@@ -408,7 +315,7 @@ impl Emulate {
             return Err("--allow-remote needs an slcan-tcp link".into());
         }
         let Some(baud) = self.baud else { return Ok(()) };
-        for product in self.nodes.iter().filter_map(|node| node.device.product()) {
+        for product in self.nodes().iter().filter_map(|node| node.device.product()) {
             let rates = product.rates();
             if !baud.can().is_some_and(|rate| rates.contains(&rate.bits_per_second())) {
                 let rates: Vec<_> = rates.iter().map(u32::to_string).collect();
@@ -427,17 +334,15 @@ impl Emulate {
         let is_drive = |slave: &Spec| slave.device.group() == Group::Drive;
         if let Some(rate) = self.baud.and_then(BaudSpec::fixed)
             && !RATES.contains(rate)
-            && self.slaves().any(|slave| is_drive(&slave))
+            && self.slaves().iter().any(is_drive)
         {
             let (bits, expected) = (rate.bits_per_second(), expected_rates(RATES.iter()));
             return Err(format!("--baud {bits}: the drives do not know this rate; {expected}"));
         }
         let mut addresses: BTreeSet<Address> = BTreeSet::new();
-        if let Some(twice) = self.slaves().find(|slave| !addresses.insert(slave.address())) {
-            let (what, each) = match twice.device.group() {
-                Group::Drive | Group::PpoDrive | Group::Profidrive => ("drives", "each drive"),
-                Group::Station | Group::Node => ("stations", "each"),
-            };
+        if let Some(twice) = self.slaves().iter().find(|slave| !addresses.insert(slave.address())) {
+            let is_station = twice.device.group() == Group::Station;
+            let (what, each) = if is_station { ("stations", "each") } else { ("drives", "each drive") };
             return Err(format!("two {what} have address {}; give {each} its own", twice.place));
         }
         self.check_quirks()?;
@@ -467,8 +372,28 @@ impl Emulate {
     }
 }
 
+fn after_help() -> String {
+    examples(EMULATE_EXAMPLES).replace("{faults}", &faults())
+}
+
+/// Every kind of fault, by where it acts.
+fn faults() -> String {
+    let ways = [
+        ("requests", Way::Request),
+        ("replies", Way::Reply),
+        ("what a node sends", Way::Node),
+        ("frames on a CAN bus", Way::Frame),
+    ];
+    let lines = ways.map(|(what, way)| {
+        let rows = Row::all().iter().filter(|row| row.way == way);
+        let rows: Vec<_> = rows.map(Row::to_string).collect();
+        format!("  {what}: {}", rows.join(", "))
+    });
+    lines.join("\n")
+}
+
 const EMULATE_EXAMPLES: &str = "\
-ADDRESS is 0 to 126; model defaults to ag03-1, gear to 48.
+ADDRESS is 0 to 126; model defaults to {drive.1}, gear to 48.
 ID is 1 to 127. An slcan adapter passes no frames before the master opens it (command O). The boot-up of the nodes is over by
 then: read their state, or reset them (NMT 81h).
 On a serial line each drive listens for up to 2 s before it answers; if another station has its address, it stays silent.
@@ -476,36 +401,22 @@ SIGUSR1 logs the counters (telegrams, retries, refusals, reply times), and for e
 RATE is 9600, 19200, 93750, 187500, 500000, 1500000, 3000000, 6000000 or 12000000;
 on a CAN bus one that each node has, as 125000.
 
-Faults, and what they count:
-  replies         no-reply, late=TIME, duplicate, truncated, bit-errors[=N], wrong-fcs, wrong-length,
-                  wrong-source[=ADDRESS], wrong-destination[=ADDRESS], noise[=N], function-code=HH, short-ack, no-saps,
-                  wrong-saps, broken-frame=PART, sd3, diag=OCTETS and diag-length=N (Slave_Diag)
-  requests        drop-request, reject, refuse-prm, refuse-cfg, not-ready=TIME (Chk_Cfg), lose-prm (Data_Exchange)
-  Data_Exchange   diag-announced, input-length=N
-  PKW answers     pkw-delay=EXCHANGES, pkw-wrong-ak, pkw-wrong-pnu, pkw-torn
-Of a node:
-  boot-ups        boot-up-missing, boot-up-twice
-  SDO answers     sdo-late=TIME, sdo-lost, sdo-twice, sdo-other-index, sdo-wrong-toggle, sdo-abort=CODE
-  error control   heartbeat-jitter=TIME, heartbeat-lost, heartbeat-stuck=OCTET, guarding-toggle-stuck
-  TPDOs           tpdo-short, tpdo-stale, tpdo-swapped, pre-operational (the node leaves OPERATIONAL)
-  frames          brown-out=TIME
-  periods         emcy-repeated=TIME
-Of the frames on a CAN bus, with node=ID of this node, with id=HEX with this identifier:
-  frames          frame-lost, frame-late=TIME, frame-twice, frame-damaged, frame-not-acknowledged
+Faults, by what they count:
+{faults}
+Of the frames on a CAN bus those of one node with node=ID, with one identifier with id=HEX.
 A fault is injected from number `at` on (1; `at` alone: only that one), with probability `rate` (1), at most `count` times
 (no limit). The same `seed` (1) gives the same faults. TIME is for example 20ms. docs/faults.md explains each.
 
 Examples:
-  profidrive emulate --drive 5 --drive 6,model=ag03,gear=24
-  profidrive emulate --drives 1-125,model=ag03
+  profidrive emulate --drive 5 --drive 6,model={drive.2},gear=24
+  profidrive emulate --drives 1-125,model={drive.2}
   profidrive emulate --link pty:/tmp/bus --baud 500000
   profidrive emulate --drive 5 --station 7,gsd=valves.gsd --station 9,gsd=valves.gsd
-  profidrive emulate --ppo-drive 7,ppo=1,parameters=drive.toml
-  profidrive emulate --profidrive 8,telegram=1
+{every group}
   profidrive emulate --state-dir ~/drives
   profidrive emulate --line line.toml
-  profidrive emulate --node 5,device=ap10 --node 6,device=asda-a2 --link slcan-tcp:127.0.0.1:5000
-  profidrive emulate --node 5 --node 6,device=ap10 --fault sdo-late=20ms,node=5 --panel 127.0.0.1:8080
+  profidrive emulate --node 5,device={node.2} --node 6,device={node.3} --link slcan-tcp:127.0.0.1:5000
+  profidrive emulate --node 5 --node 6,device={node.2} --fault sdo-late=20ms,node=5 --panel 127.0.0.1:8080
   profidrive emulate --capture bus.pcapng
   profidrive emulate --drives 1-10 --link pty:/tmp/bus --metrics 127.0.0.1:9187
   profidrive emulate --link serial:/dev/ttyUSB0 --baud 19200 -v

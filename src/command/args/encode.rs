@@ -7,7 +7,7 @@ use super::decode::modes;
 
 /// Builds words and telegrams from names of states, bits and parameters, and explains them field by field
 ///
-/// What an AG03 would refuse or ignore is not built; the reason is printed instead. --force builds it: for other devices, and
+/// What a drive of 'emulate --drive' would refuse or ignore is not built; the reason is printed instead. --force builds it: for other devices, and
 /// for tests with mistakes.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES, subcommand_required = true)]
@@ -15,7 +15,7 @@ pub(crate) struct Encode {
     #[command(subcommand)]
     pub(crate) what: What,
 
-    /// Build it although it is a mistake, or not for an AG03
+    /// Build it although it is a mistake, or not for such a drive
     #[arg(long, global = true, display_order = 90)]
     pub(crate) force: bool,
 

@@ -14,7 +14,7 @@ use super::link::BaudSpec;
 use super::master_link::{CanPlace, MasterLink};
 use super::quantity::Quantity;
 use super::records::{ParamAction, RecordAction};
-use super::spec::{ident, ppo};
+use super::spec::{ident, ppo, product_names};
 pub(crate) use values::{AddressRange, Asked, Direction};
 use values::{master, node, rate, rpm, slot_time, station, time, watchdog};
 
@@ -41,13 +41,18 @@ pub(crate) struct Master {
     #[arg(long, global = true, value_name = "N", value_parser = node, display_order = 91)]
     pub(crate) node: Option<NodeId>,
 
-    /// The EDS, DCF, XDD or XDC of the node: names, types, limits and bits of its objects. Without it those of the AG03/1, the AP10 and the
-    /// ASDA-A2 are known, and of other drives those of CiA 402
-    #[arg(long, global = true, value_name = "FILE", display_order = 91)]
+    #[arg(
+        long, global = true, value_name = "FILE", display_order = 91,
+        help = format!(
+            "The EDS, DCF, XDD or XDC of the node: names, types, limits and bits of its objects. Without it those of {} are known, \
+             and of other drives those of CiA 402",
+            product_names()
+        )
+    )]
     pub(crate) eds: Option<PathBuf>,
 
-    /// The drive is one of PROFIDRIVE version 2 with this PPO, 1 to 5 (docs/ppo-drive.md): read, write, params, status, monitor,
-    /// faults, ack, enable, velocity, stop
+    /// The drive is one of PROFIDRIVE version 2 with this PPO, 1 to 5: read, write, params, status, monitor, faults, ack, enable,
+    /// velocity, stop
     #[arg(long, global = true, value_name = "1..5", value_parser = ppo, display_order = 92)]
     pub(crate) ppo: Option<PpoType>,
 
@@ -465,7 +470,7 @@ impl Master {
                 | Action::Motion(Motion::Enable { .. } | Motion::Velocity { .. })
         );
         known.then_some(()).ok_or_else(|| {
-            "this is for the AG03; with --ppo there are read, write, params, status, monitor, faults, ack, enable, velocity \
+            "this is for drives that position; with --ppo there are read, write, params, status, monitor, faults, ack, enable, velocity \
              and stop"
                 .into()
         })

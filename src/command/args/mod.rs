@@ -3,6 +3,7 @@
 
 mod decode;
 mod demo;
+mod devices;
 mod eds;
 mod emulate;
 mod encode;
@@ -23,6 +24,7 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 use crate::gsd::did_you_mean;
+use crate::host::list::Group;
 pub(crate) use crate::host::list::named::{parameter as find_parameter, plain};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{ArgAction, CommandFactory, Parser, Subcommand};
@@ -31,6 +33,7 @@ use super::{Failure, report};
 
 pub(crate) use decode::Decode;
 pub(crate) use demo::Demo;
+pub(crate) use devices::Devices;
 pub(crate) use eds::{CheckFile, Eds, Sheet};
 pub(crate) use emulate::{Emulate, MetricsSpec, SLOT_TIMES, metrics_place, panel_place};
 pub(crate) use encode::{
@@ -56,7 +59,7 @@ pub(crate) use try_out::Try;
 ///
 /// A simulator only: it moves nothing, and nothing it says is a proof of safety for a real machine.
 #[derive(Debug, Parser)]
-#[command(name = "profidrive", version, after_help = EXAMPLES, disable_help_subcommand = true)]
+#[command(name = "profidrive", version, after_help = examples(EXAMPLES), disable_help_subcommand = true)]
 pub(crate) struct Args {
     #[command(subcommand)]
     pub(crate) command: Command,
@@ -68,20 +71,35 @@ const EXAMPLES: &str = "\
 Examples:
   profidrive demo                             a master and a drive in memory, explained step by step
   profidrive try                              a drive, a small master and the panel in one program
-  profidrive emulate                          one AG03/1 at address 5; prints the terminal a master opens
+  profidrive emulate                          one drive at address 5; prints the terminal a master opens
   profidrive emulate --link pty:/tmp/bus      the same, under a name that stays
   profidrive emulate --help                   all its options
   profidrive master --link /tmp/bus --address 5 status
                                               commissions a drive, real or emulated
   profidrive decode 10 05 02 49 50 16         explains a telegram field by field
   profidrive encode pkw write limit1 250000   builds words and telegrams
-  profidrive emulate --node 5,device=asda-a2 --link slcan-tcp:127.0.0.1:0
+  profidrive emulate --node 5,device={node.3} --link slcan-tcp:127.0.0.1:0
                                               a servo on CANopen, for masters that speak slcan
-  profidrive eds asda-a2                      its electronic data sheet
+  profidrive eds {node.3}                      its electronic data sheet
   profidrive eds pump.eds                     explains the file of a node
   profidrive gsd valves.gsd                   explains the device file of a slave
   profidrive judge --station 5,ident=1234,cfg=2313
                                               judges a DP master row by row";
+
+/// A text with the names of the list: `{node.2}` is the second device of `--node`, `{every group}` a line for each group on
+/// PROFIBUS.
+fn examples(template: &str) -> String {
+    let groups = Group::ALL.into_iter().filter(|group| !group.is_on_can());
+    let lines: Vec<_> =
+        groups.map(|group| format!("  profidrive emulate --{} {}", group.name(), group.example())).collect();
+    let mut text = template.replace("{every group}", &lines.join("\n"));
+    for group in Group::ALL {
+        for (number, device) in (1..).zip(group.devices()) {
+            text = text.replace(&format!("{{{}.{number}}}", group.name()), device.name());
+        }
+    }
+    text
+}
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -287,7 +305,7 @@ mod tests {
             let arguments = ["profidrive", "emulate"].iter().chain(arguments).map(OsString::from);
             let args = Args::from_arguments(arguments).map_err(|refusal| refusal.0.to_string())?;
             let Command::Emulate(emulate) = args.command else { panic!("not emulate") };
-            Ok(emulate.drives().map(|drive| drive.place).collect::<Vec<_>>())
+            Ok(emulate.slaves().iter().map(|drive| drive.place).collect::<Vec<_>>())
         };
         let all = numbers(&["--drives", "3-5", "--drive", "9", "--drives", "1-1"]);
         assert_eq!(all, Ok::<_, String>(vec![9, 3, 4, 5, 1]));

@@ -1,4 +1,4 @@
-//! `--drive`, `--drives`, `--ppo-drive`, `--profidrive`, `--station`, `--node`, `--quirk`: devices as asked for.
+//! Ranges of devices, names of devices, `--quirk`.
 
 use core::str::FromStr;
 
@@ -11,26 +11,6 @@ use crate::time::BaudRate;
 use clap::builder::{PossibleValue, TypedValueParser};
 
 use super::nearest;
-
-pub(crate) fn drive(text: &str) -> Result<Spec, String> {
-    Spec::parse(Group::Drive, text).map_err(|wrong| wrong.words)
-}
-
-pub(crate) fn profidrive(text: &str) -> Result<Spec, String> {
-    Spec::parse(Group::Profidrive, text).map_err(|wrong| wrong.words)
-}
-
-pub(crate) fn ppo_drive(text: &str) -> Result<Spec, String> {
-    Spec::parse(Group::PpoDrive, text).map_err(|wrong| wrong.words)
-}
-
-pub(crate) fn station(text: &str) -> Result<Spec, String> {
-    Spec::parse(Group::Station, text).map_err(|wrong| wrong.words)
-}
-
-pub(crate) fn node(text: &str) -> Result<Spec, String> {
-    Spec::parse(Group::Node, text).map_err(|wrong| wrong.words)
-}
 
 /// An address on PROFIBUS.
 pub(super) fn address(text: &str, form: &str) -> Result<Address, String> {
@@ -66,6 +46,7 @@ impl FromStr for RangeSpec {
 
     fn from_str(spec: &str) -> Result<Self, String> {
         let (range, options) = spec.split_once(',').map_or((spec, ""), |(range, options)| (range, options));
+        let drive = |text: &str| Spec::parse(Group::Drive, text).map_err(|wrong| wrong.words);
         let in_range =
             |words: String| words.replace(&Group::Drive.form("ADDRESS"), &Group::Drive.form("FIRST-LAST"));
         let (first, last) = range.split_once('-').ok_or_else(|| {
@@ -89,6 +70,11 @@ impl RangeSpec {
     pub(super) fn drives(&self) -> impl Iterator<Item = Spec> + '_ {
         (self.first.place..=self.last).map(|place| Spec { place, ..self.first.clone() })
     }
+}
+
+/// The names of the devices on CANopen that need no file.
+pub(super) fn product_names() -> String {
+    Device::products().map(|product| product.name).collect::<Vec<_>>().join(", ")
 }
 
 /// A device on CANopen by its name.

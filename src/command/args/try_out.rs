@@ -4,7 +4,7 @@ use crate::host::list::{DEVICES, Device, Group, Spec};
 
 use super::emulate::{Emulate, Tried, panel_place};
 use super::link::LinkSpec;
-use super::nearest;
+use super::{examples, nearest};
 
 /// The place of the device on its bus.
 const PLACE: u8 = 5;
@@ -15,13 +15,7 @@ const PLACE: u8 = 5;
 /// writes parameters, sends NMT commands or octets of outputs; each with the words that it sends. The line is a TCP port, so
 /// that your own master can connect to it, too. Ctrl-C ends it.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "\
-Examples:
-  profidrive try                                an AG03/1 on PROFIBUS
-  profidrive try asda-a2                        a servo drive on CANopen
-  profidrive try ag03-1 --canopen               the AG03/1 on CANopen
-  profidrive try gsd-station,gsd=valves.gsd     a station from its device file
-  profidrive try eds-node,eds=pump.eds          a node from its EDS")]
+#[command(after_help = examples(EXAMPLES))]
 pub(crate) struct Try {
     #[arg(value_name = "DEVICE[,OPTION...]", help = device_help())]
     device: Option<String>,
@@ -38,6 +32,14 @@ pub(crate) struct Try {
     #[arg(long, value_name = "ADDR:PORT", value_parser = panel_place, default_value = "127.0.0.1:0")]
     panel: String,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  profidrive try                                a drive on PROFIBUS
+  profidrive try {node.3}                        a servo drive on CANopen
+  profidrive try {node.1} --canopen               a drive of either bus on CANopen
+  profidrive try {station.1},gsd=valves.gsd     a station from its device file
+  profidrive try {node.4},eds=pump.eds          a node from its EDS";
 
 /// What the help says of the device: every name of the list.
 fn device_help() -> String {
@@ -64,15 +66,9 @@ impl Try {
             text.split_once(',').map_or((text, None), |(name, options)| (name, Some(options)));
         let spec = self.spec(name, options)?;
         let group = spec.device.group();
-        let link = if group == Group::Node { "slcan-tcp:127.0.0.1:0" } else { "tcp:127.0.0.1:0" };
+        let link = if group.is_on_can() { "slcan-tcp:127.0.0.1:0" } else { "tcp:127.0.0.1:0" };
         let mut emulate = Emulate::on(link.parse::<LinkSpec>()?);
-        match group {
-            Group::Drive => emulate.single.push(spec),
-            Group::PpoDrive => emulate.ppo_drives.push(spec),
-            Group::Profidrive => emulate.profidrives.push(spec),
-            Group::Station => emulate.stations.push(spec),
-            Group::Node => emulate.nodes.push(spec),
-        }
+        emulate.devices.push(spec);
         emulate.panel = Some(self.panel.clone());
         emulate.bench = true;
         emulate.tried = Some(Tried { browser: !self.no_browser });
@@ -116,7 +112,7 @@ mod tests {
         for device in DEVICES.iter().filter(|device| device.choices().iter().all(|choice| !choice.required)) {
             let is_node = device.group() == Group::Node;
             let emulate = tried(device.name(), is_node).unwrap();
-            let spec = emulate.slaves().next().or_else(|| emulate.nodes().first().cloned()).unwrap();
+            let spec = emulate.slaves().first().or_else(|| emulate.nodes().first()).unwrap();
             assert_eq!(spec.device, device);
             assert!(emulate.bench && emulate.panel.is_some());
         }

@@ -6,24 +6,25 @@ use crate::host::list::inputs::{self, Direction};
 use crate::host::list::{self, Group, Spec};
 use crate::process::{Elsewhere, What};
 
-use super::tables::{At, DeviceTable, LineTable, OfGroup};
+use super::tables::{At, DeviceTable, LineTable};
 use super::wrong::{TablePath, Wrong};
 use crate::command::args::Emulate;
 use crate::command::emulate::{LinePlan, SlavePlan};
 
 /// The specification of each device of a group.
-fn specs<G: OfGroup>(
+fn specs(
     (line, folder): (usize, &Path),
-    tables: &[At<DeviceTable<G>>],
+    table: &LineTable,
+    group: Group,
 ) -> Result<Vec<(usize, TablePath, Spec)>, Wrong> {
-    let spec = |(number, table): (usize, &At<DeviceTable<G>>)| {
-        let path = TablePath::new(line, G::GROUP, number);
-        match Spec::read(G::GROUP, &table.get().given, folder) {
+    let spec = |(number, table): (usize, &At<DeviceTable>)| {
+        let path = TablePath::new(line, group, number);
+        match Spec::read(group, &table.get().given, folder) {
             Ok(spec) => Ok((table.span().start, path, spec)),
             Err(wrong) => Err(Wrong::of_spec(&path, wrong)),
         }
     };
-    tables.iter().enumerate().map(spec).collect()
+    table.of(group).enumerate().map(spec).collect()
 }
 
 /// Everybody on a line of PROFIBUS; `args` has what all have.
@@ -32,11 +33,10 @@ pub(super) fn slaves(
     table: &LineTable,
     args: &Emulate,
 ) -> Result<Vec<SlavePlan>, Wrong> {
-    let drives = specs(place, &table.drive)?;
-    let ppo_drives = specs(place, &table.ppo_drive)?;
-    let profidrives = specs(place, &table.profidrive)?;
-    let stations = specs(place, &table.station)?;
-    let mut all: Vec<_> = drives.into_iter().chain(ppo_drives).chain(profidrives).chain(stations).collect();
+    let mut all = Vec::new();
+    for group in Group::ALL.into_iter().filter(|group| !group.is_on_can()) {
+        all.extend(specs(place, table, group)?);
+    }
     distinct(
         &mut all.iter().map(|(start, path, spec)| (*start, path, spec)).collect(),
         "stations have address",
@@ -61,7 +61,7 @@ pub(super) fn check_followed(plans: &[LinePlan]) -> Result<(), Wrong> {
                 followed.map_err(|wrong| wrong_within(&table, "input", input, wrong))?;
             }
         }
-        for (place, spec) in plan.args.nodes.iter().enumerate() {
+        for (place, spec) in plan.args.nodes().iter().enumerate() {
             let table = TablePath::new(number, Group::Node, place);
             let signals = spec.signals().map_err(|wrong| Wrong::of_spec(&table, wrong))?;
             for (value, signal) in signals.iter().enumerate() {
@@ -90,11 +90,11 @@ fn followed(plans: &[LinePlan], own: usize, elsewhere: &Elsewhere) -> Result<(),
         let words = format!("there is no line {}; expected 1 to {}", number.wrapping_add(1), plans.len());
         return Err(wrong("line", words));
     };
-    if plan.args.nodes.iter().any(|node| node.place == *station) && matches!(what, What::Value(_)) {
+    if plan.args.nodes().iter().any(|node| node.place == *station) && matches!(what, What::Value(_)) {
         return Ok(());
     }
     let Some(slave) = plan.slaves.iter().find(|slave| slave.spec.place == *station) else {
-        let nodes = plan.args.nodes.iter().map(|node| node.place);
+        let nodes = plan.args.nodes().iter().map(|node| node.place);
         let there = plan.slaves.iter().map(|slave| slave.spec.place).chain(nodes);
         let there: Vec<_> = there.map(|place| place.to_string()).collect();
         let on = if number == own { "this line".into() } else { format!("line {}", number + 1) };
@@ -117,7 +117,7 @@ fn followed(plans: &[LinePlan], own: usize, elsewhere: &Elsewhere) -> Result<(),
 
 /// The nodes of a CAN bus.
 pub(super) fn nodes(place: (usize, &Path), table: &LineTable) -> Result<Vec<Spec>, Wrong> {
-    let all = specs(place, &table.node)?;
+    let all = specs(place, table, Group::Node)?;
     let alone = all.iter().filter(|(_, _, spec)| !spec.choices.flag("twin"));
     distinct(&mut alone.map(|(start, path, spec)| (*start, path, spec)).collect(), "nodes have the number")?;
     for (_, path, spec) in &all {

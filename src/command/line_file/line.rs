@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use crate::host::can;
 use crate::host::fault::{BusKind, Condition, Rule, While, duration, no_time};
+use crate::host::list::Group;
 use crate::host::reach::open_to_others;
 use crate::profibus::fdl::Address;
 
@@ -20,7 +21,7 @@ use crate::command::emulate::{LinePlan, SlavePlan};
 
 /// Reads a line. `folder` is where the file is: paths in it begin there.
 pub(super) fn plan(number: usize, line: &At<LineTable>, folder: &Path) -> Result<LinePlan, Wrong> {
-    let table = line.get();
+    let table = &line.get().keys;
     let mut args = Emulate::on(match parsed::<LinkSpec>(&table.link)? {
         LinkSpec::Pty(Some(path)) => LinkSpec::Pty(Some(folder.join(path))),
         LinkSpec::Can(can::LinkSpec::Pty(Some(path))) => {
@@ -67,10 +68,10 @@ pub(super) fn plan(number: usize, line: &At<LineTable>, folder: &Path) -> Result
     args.panel_files = path(&table.panel_files);
     let is_can = matches!(args.link, LinkSpec::Can(_));
     args.quirks = table.quirks.iter().map(|(name, value)| format!("{name}={}", value.get())).collect();
-    let slaves = device::slaves((number, folder), table, &args)?;
+    let slaves = device::slaves((number, folder), line.get(), &args)?;
     // Those with files are in the plan only; here they are what stands for all of the line.
-    args.single = slaves.iter().map(|slave| slave.spec.clone()).collect();
-    args.nodes = device::nodes((number, folder), table)?;
+    args.devices.slaves = slaves.iter().map(|slave| slave.spec.clone()).collect();
+    args.devices.nodes = device::nodes((number, folder), line.get())?;
     for (name, value) in &table.quirks {
         let known = args.check_quirk(&format!("{name}={}", value.get()));
         known.map_err(|words| Wrong::at(value.span(), words))?;
@@ -78,17 +79,18 @@ pub(super) fn plan(number: usize, line: &At<LineTable>, folder: &Path) -> Result
     let addresses: Vec<Address> = slaves.iter().map(SlavePlan::address).collect();
     let stations = Stations::of(&slaves);
     let (bus, there): (_, Vec<u8>) = if is_can {
-        (BusKind::Can, args.nodes.iter().map(|node| node.node().number()).collect())
+        (BusKind::Can, args.nodes().iter().map(|node| node.node().number()).collect())
     } else {
         (BusKind::Profibus, addresses.iter().map(|address| address.number()).collect())
     };
     let faults =
         table.fault.iter().map(|table| fault(table, bus, &there, &stations)).collect::<Result<_, _>>()?;
-    if addresses.is_empty() && table.node.is_empty() {
-        let words = "the line has no station; expected [[line.drive]], [[line.ppo-drive]], [[line.profidrive]], [[line.station]] or [[line.node]]";
+    if addresses.is_empty() && args.nodes().is_empty() {
+        let tables = Group::ALL.map(|group| format!("[[line.{}]]", group.name()));
+        let words = format!("the line has no station; expected one of {}", tables.join(", "));
         return Err(Wrong::at(line.span(), words));
     }
-    if let Some(place) = slave_tables(table).next().filter(|_| is_can) {
+    if let Some(place) = slave_tables(line.get()).next().filter(|_| is_can) {
         let words = "drives and stations are on PROFIBUS and an slcan link is a CAN bus; give them a line of their own";
         return Err(Wrong::at(place, words));
     }
@@ -117,7 +119,7 @@ pub(super) fn reaches(
 
 /// What no single key shows, where the key that it begins with stands. Keys are called as options are.
 fn contradiction(line: &At<LineTable>, words: &str) -> Wrong {
-    let table = line.get();
+    let table = &line.get().keys;
     let spans = [
         ("--slot-time", table.slot_time.as_ref().map(At::span)),
         ("--allow-remote", table.allow_remote.as_ref().map(At::span)),
@@ -147,10 +149,8 @@ pub(super) fn time(text: &At<String>) -> Result<Duration, Wrong> {
 
 /// Where the tables of devices on PROFIBUS are.
 fn slave_tables(table: &LineTable) -> impl Iterator<Item = Range<usize>> {
-    let drives = table.drive.iter().map(At::span);
-    let drives =
-        drives.chain(table.ppo_drive.iter().map(At::span)).chain(table.profidrive.iter().map(At::span));
-    drives.chain(table.station.iter().map(At::span))
+    let groups = Group::ALL.into_iter().filter(|group| !group.is_on_can());
+    groups.flat_map(|group| table.of(group)).map(At::span)
 }
 
 /// A fault. `there` are the stations or nodes of the line.

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde_json::{Map, Value, json};
 
-use super::tables::{At, DeviceTable, LineFile, OfGroup};
+use super::tables::{At, LineFile, LineKeys, LineTable};
 use crate::command::args::{CAN_RATES, SLOT_TIMES};
 use crate::host::fault::{Row, TIME_PATTERN};
 use crate::host::list::Group;
@@ -30,15 +30,28 @@ impl<T: JsonSchema> JsonSchema for At<T> {
     }
 }
 
-impl<G: OfGroup> JsonSchema for DeviceTable<G> {
+impl JsonSchema for LineTable {
     fn schema_name() -> Cow<'static, str> {
-        format!("{}Table", G::GROUP.name()).into()
+        "LineTable".into()
     }
 
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        let mut schema = Schema::try_from(G::GROUP.schema()).unwrap_or_default();
-        schema.insert("description".to_owned(), about(G::GROUP).into());
-        schema
+    /// The keys of a line, and a list of tables for each group.
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let mut line = LineKeys::json_schema(generator);
+        let about = "A line of PROFIBUS with drives and stations, or a CAN bus with nodes.";
+        line.insert("description".to_owned(), about.into());
+        for group in Group::ALL {
+            let name = format!("{}Table", group.name());
+            let mut schema = Schema::try_from(group.schema()).unwrap_or_default();
+            schema.insert("description".to_owned(), format!("{}.", group.one()).into());
+            let items = json!({ "$ref": format!("#/$defs/{name}") });
+            generator.definitions_mut().insert(name, schema.to_value());
+            let about = format!("{}{}; a table for each.", group.one(), group.page());
+            let list = json!({ "description": about, "type": "array", "items": items });
+            let properties = line.get_mut("properties").and_then(Value::as_object_mut).unwrap();
+            properties.insert(group.name().to_owned(), list);
+        }
+        line
     }
 }
 
@@ -75,9 +88,11 @@ pub(super) fn rules_of_file(schema: &mut Schema) {
 }
 
 pub(super) fn rules_of_line(schema: &mut Schema) {
-    let slaves = [Group::Drive, Group::PpoDrive, Group::Profidrive, Group::Station].map(Group::name);
-    let none = |groups: &[&str]| groups.iter().map(|group| ((*group).to_owned(), json!(false))).collect();
-    let (no_slaves, no_nodes): (Map<_, _>, Map<_, _>) = (none(&slaves), none(&[Group::Node.name()]));
+    let none = |on_can| {
+        let groups = Group::ALL.into_iter().filter(move |group| group.is_on_can() == on_can);
+        groups.map(|group| (group.name().to_owned(), json!(false))).collect()
+    };
+    let (no_slaves, no_nodes): (Map<_, _>, Map<_, _>) = (none(false), none(true));
     let there: Vec<_> = Group::ALL.map(|group| json!({ "required": [group.name()] })).into();
     let rules = json!({
         "anyOf": there,
@@ -126,16 +141,6 @@ pub(super) fn rules_of_condition(schema: &mut Schema) {
     let one: Vec<_> = ["is", "above", "below"].map(|key| json!({ "required": [key] })).into();
     let kind = json!({ "pattern": "^(bit[0-7]|(un)?signed(8|16|32)|float32)$" });
     add(schema, json!({ "oneOf": one }), json!({ "type": kind, "station": { "maximum": 126 } }));
-}
-
-const fn about(group: Group) -> &'static str {
-    match group {
-        Group::Drive => "A drive.",
-        Group::PpoDrive => "A drive with variable speed of PROFIDRIVE version 2.",
-        Group::Profidrive => "A servo drive of PROFIdrive 3 and 4, with DP-V1.",
-        Group::Station => "A station that a GSD describes.",
-        Group::Node => "A CANopen node.",
-    }
 }
 
 #[test]
@@ -196,7 +201,7 @@ const BEYOND: &[&str] = &[
     "close to it are 1004 v-Pos",
     "'v-Pos': the value must be within",
     "is no setting; leave it out",
-    "an AG03 has no d-Pos",
+    "has no d-Pos",
 ];
 
 /// What a schema finds wrong, as far as ours goes; `None`: nothing.
@@ -294,7 +299,7 @@ fn right_files() -> Vec<String> {
         ),
     ];
     for group in Group::ALL {
-        let link = if group == Group::Node { "slcan-pty:x" } else { "pty" };
+        let link = if group.is_on_can() { "slcan-pty:x" } else { "pty" };
         for device in group.devices() {
             let own = device.choices().iter().filter(|choice| choice.required);
             let own: String = own.map(|choice| format!("{} = 'x.eds'\n", choice.key)).collect();

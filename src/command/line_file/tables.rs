@@ -1,12 +1,12 @@
 //! The tables and keys of the file. Their words are the descriptions of the JSON Schema.
 
 use core::fmt;
-use core::marker::PhantomData;
 use core::ops::Range;
 use std::collections::BTreeMap;
 
 use crate::host::list::{Given, Group};
-use serde::de::{MapAccess, Visitor};
+use serde::de::value::{self, MapAccessDeserializer, StringDeserializer};
+use serde::de::{DeserializeSeed, Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use toml::Spanned;
 
@@ -40,11 +40,26 @@ pub(super) struct LineFile {
 }
 
 /// A line of PROFIBUS with drives and stations, or a CAN bus with nodes.
+#[derive(Debug)]
+pub(super) struct LineTable {
+    pub(super) keys: LineKeys,
+    /// The tables of each group of the list, in their order.
+    pub(super) devices: Vec<(Group, Vec<At<DeviceTable>>)>,
+}
+
+impl LineTable {
+    /// The tables of a group.
+    pub(super) fn of(&self, group: Group) -> impl Iterator<Item = &At<DeviceTable>> {
+        self.devices.iter().filter(move |(known, _)| *known == group).flat_map(|(_, tables)| tables)
+    }
+}
+
+/// What a line has beside its devices.
 #[derive(Debug, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[cfg_attr(test, schemars(transform = super::schema::rules_of_line))]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub(super) struct LineTable {
+pub(super) struct LineKeys {
     /// pty, pty:PATH, serial:DEVICE, tcp:HOST:PORT; of a CAN bus slcan-pty, slcan-pty:PATH, slcan-tcp:HOST:PORT, slcan-tty:PATH, socketcan:INTERFACE.
     pub(super) link: At<String>,
     /// Bit/s, or "auto".
@@ -70,21 +85,6 @@ pub(super) struct LineTable {
     /// How all drives or nodes behave where the manuals are not clear: name and value (docs/quirks.md).
     #[serde(default)]
     pub(super) quirks: BTreeMap<String, At<String>>,
-    /// Drives on PROFIBUS.
-    #[serde(default)]
-    pub(super) drive: Vec<At<DeviceTable<Drive>>>,
-    /// Drives with variable speed of PROFIDRIVE version 2 (docs/ppo-drive.md).
-    #[serde(default)]
-    pub(super) ppo_drive: Vec<At<DeviceTable<PpoDrive>>>,
-    /// Servo drives of PROFIdrive 3 and 4, with DP-V1 (docs/profidrive.md).
-    #[serde(default)]
-    pub(super) profidrive: Vec<At<DeviceTable<Profidrive>>>,
-    /// Stations that a GSD describes.
-    #[serde(default)]
-    pub(super) station: Vec<At<DeviceTable<Station>>>,
-    /// CANopen nodes.
-    #[serde(default)]
-    pub(super) node: Vec<At<DeviceTable<Node>>>,
     /// Faults on purpose.
     #[serde(default)]
     pub(super) fault: Vec<FaultTable>,
@@ -102,79 +102,106 @@ pub(super) enum Baud {
     Word(String),
 }
 
-/// A group of devices, whose tables have the keys of its specification.
-pub(super) trait OfGroup {
-    const GROUP: Group;
-}
-
-/// [`Group::Drive`].
+/// A device: the keys of its specification.
 #[derive(Debug)]
-pub(super) struct Drive;
-
-/// [`Group::PpoDrive`].
-#[derive(Debug)]
-pub(super) struct PpoDrive;
-
-/// [`Group::Profidrive`].
-#[derive(Debug)]
-pub(super) struct Profidrive;
-
-/// [`Group::Station`].
-#[derive(Debug)]
-pub(super) struct Station;
-
-/// [`Group::Node`].
-#[derive(Debug)]
-pub(super) struct Node;
-
-impl OfGroup for Drive {
-    const GROUP: Group = Group::Drive;
-}
-
-impl OfGroup for PpoDrive {
-    const GROUP: Group = Group::PpoDrive;
-}
-
-impl OfGroup for Profidrive {
-    const GROUP: Group = Group::Profidrive;
-}
-
-impl OfGroup for Station {
-    const GROUP: Group = Group::Station;
-}
-
-impl OfGroup for Node {
-    const GROUP: Group = Group::Node;
-}
-
-/// A device of a group: the keys of its specification.
-#[derive(Debug)]
-pub(super) struct DeviceTable<G> {
+pub(super) struct DeviceTable {
     pub(super) given: Vec<(String, Given)>,
-    group: PhantomData<G>,
 }
 
-impl<'de, G: OfGroup> Deserialize<'de> for DeviceTable<G> {
+impl<'de> Deserialize<'de> for DeviceTable {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_map(Keys(PhantomData))
+        deserializer.deserialize_map(DeviceKeys)
     }
 }
 
-struct Keys<G>(PhantomData<G>);
+struct DeviceKeys;
 
-impl<'de, G: OfGroup> Visitor<'de> for Keys<G> {
-    type Value = DeviceTable<G>;
+impl<'de> Visitor<'de> for DeviceKeys {
+    type Value = DeviceTable;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "a table [[line.{}]]", G::GROUP.name())
+        f.write_str("a table for each device")
     }
 
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<DeviceTable<G>, A::Error> {
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<DeviceTable, A::Error> {
         let mut given = Vec::new();
         while let Some(entry) = map.next_entry()? {
             given.push(entry);
         }
-        Ok(DeviceTable { given, group: PhantomData })
+        Ok(DeviceTable { given })
+    }
+}
+
+impl<'de> Deserialize<'de> for LineTable {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_map(WholeLine)
+    }
+}
+
+struct WholeLine;
+
+impl<'de> Visitor<'de> for WholeLine {
+    type Value = LineTable;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a table [[line]]")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<LineTable, A::Error> {
+        let mut devices = Vec::new();
+        let rest = BesideDevices { map, devices: &mut devices };
+        let keys = LineKeys::deserialize(MapAccessDeserializer::new(rest))?;
+        Ok(LineTable { keys, devices })
+    }
+}
+
+/// A table without the keys that are groups of devices, which are put aside.
+struct BesideDevices<'a, A> {
+    map: A,
+    devices: &'a mut Vec<(Group, Vec<At<DeviceTable>>)>,
+}
+
+impl<'de, A: MapAccess<'de>> MapAccess<'de> for BesideDevices<'_, A> {
+    type Error = A::Error;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, A::Error> {
+        let mut key = self.map.next_key_seed(LineKey(seed))?;
+        while let Some(Key::Group(group, seed)) = key {
+            self.devices.push((group, self.map.next_value()?));
+            key = self.map.next_key_seed(LineKey(seed))?;
+        }
+        Ok(match key {
+            Some(Key::Other(value)) => Some(value),
+            Some(Key::Group(..)) | None => None,
+        })
+    }
+
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, A::Error> {
+        self.map.next_value_seed(seed)
+    }
+}
+
+/// A key of a line: a group of devices, with what is read if it is another one, or what was read.
+enum Key<K, V> {
+    Group(Group, K),
+    Other(V),
+}
+
+struct LineKey<K>(K);
+
+impl<'de, K: DeserializeSeed<'de>> DeserializeSeed<'de> for LineKey<K> {
+    type Value = Key<K, K::Value>;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Self::Value, D::Error> {
+        let key = String::deserialize(deserializer)?;
+        if let Some(group) = Group::ALL.into_iter().find(|group| group.name() == key) {
+            return Ok(Key::Group(group, self.0));
+        }
+        let read = self.0.deserialize(StringDeserializer::<value::Error>::new(key));
+        read.map(Key::Other).map_err(|error| {
+            let groups = Group::ALL.map(|group| format!(", `{}`", group.name()));
+            D::Error::custom(format!("{error}{}", groups.concat()))
+        })
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::io::{self, BufRead, IsTerminal, Write};
 
-use super::ag03;
+use super::positioning;
 use crate::command::Failure;
 use crate::command::args::{Action, Direction, Master, Motion};
 
@@ -19,7 +19,7 @@ pub(super) fn confirm(args: &Master) -> Result<Confirmed, Failure> {
     if let Action::Write { parameter, value, sure } = &args.action
         && args.can_place().is_none()
         && args.ppo.is_none()
-        && let Some(question) = ag03::replaces(parameter, *value)
+        && let Some(question) = positioning::replaces(parameter, *value)
     {
         return ask(args, sure.yes, REPLACES, &question);
     }
@@ -47,7 +47,7 @@ pub(super) fn confirm(args: &Master) -> Result<Confirmed, Failure> {
         Motion::Velocity { go, rpm, .. } => {
             // How fast another drive turns its parameters say.
             if args.ppo.is_none() {
-                ag03::check_velocity(*rpm)?;
+                positioning::check_velocity(*rpm)?;
             }
             (go, format!("turn with {rpm} rpm"))
         }

@@ -5,7 +5,7 @@
 //! | `link` | the line, opened from the master's end |
 //! | `file` | where a parameter set is written |
 //! | `device` | [`Commissioned`](device::Commissioned): what every drive can be asked |
-//! | `ag03` | an AG03 or AG03/1 on PROFIBUS |
+//! | `positioning` | a positioning drive on PROFIBUS |
 //! | `confirm` | what somebody confirms before anything is sent |
 //! | `canopen` | what is done with a node of CANopen |
 //! | `ppo` | what is done with a drive of PROFIDRIVE version 2 |
@@ -13,7 +13,6 @@
 //! | `records` | records, parameters by record 47, identification of a slave of DP-V1 |
 //! | the others | one group of subcommands each |
 
-mod ag03;
 mod alarms;
 mod canopen;
 mod confirm;
@@ -21,6 +20,7 @@ mod device;
 mod diag;
 mod file;
 mod link;
+mod positioning;
 mod ppo;
 mod records;
 mod scan;
@@ -89,7 +89,7 @@ fn dispatch(args: &Master) -> Result<(), Failure> {
     }
     match args.ppo {
         Some(kind) => ppo::master(args, kind),
-        None => ag03::master(args),
+        None => positioning::master(args),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Groups of devices: by which option, table or route they are given.
 
 use super::choice::{near, one_of};
-use super::{Choice, DEVICES, Device, Wrong};
+use super::{Choice, DEVICES, Device, Takes, Wrong};
 use crate::can_bus::canopen::NodeId;
 use crate::profibus::fdl::Address;
 
@@ -33,6 +33,74 @@ impl Group {
             Self::Station => "station",
             Self::Node => "node",
         }
+    }
+
+    /// One of its devices, in words.
+    pub(crate) const fn one(self) -> &'static str {
+        match self {
+            Self::Drive => "A drive",
+            Self::PpoDrive => "A drive with variable speed of PROFIDRIVE version 2",
+            Self::Profidrive => "A servo drive of PROFIdrive 3 and 4 with DP-V1",
+            Self::Station => "A station that a device file (GSD) describes",
+            Self::Node => "A CANopen node",
+        }
+    }
+
+    /// The page about it, behind its name.
+    pub(crate) const fn page(self) -> &'static str {
+        match self {
+            Self::PpoDrive => " (docs/ppo-drive.md)",
+            Self::Profidrive => " (docs/profidrive.md)",
+            Self::Drive | Self::Station | Self::Node => "",
+        }
+    }
+
+    /// What its option may be given.
+    pub(crate) const fn example(self) -> &'static str {
+        match self {
+            Self::Drive | Self::Node => "5",
+            Self::PpoDrive => "7,ppo=1,parameters=drive.toml",
+            Self::Profidrive => "8,telegram=1",
+            Self::Station => "9,gsd=valves.gsd",
+        }
+    }
+
+    /// Whether its devices are on a CAN bus, not on PROFIBUS.
+    pub(crate) const fn is_on_can(self) -> bool {
+        match self {
+            Self::Drive | Self::PpoDrive | Self::Profidrive | Self::Station => false,
+            Self::Node => true,
+        }
+    }
+
+    /// What the option of the group takes, in a line.
+    pub(crate) fn help(self) -> String {
+        let link = if self.is_on_can() { ", on a link of a CAN bus" } else { "" };
+        let form = self.form(self.place().1);
+        format!("{}{link}: {form}; repeat it for more{}", self.one(), self.page())
+    }
+
+    /// The same, with a line for everything that can be chosen.
+    pub(crate) fn long_help(self) -> String {
+        let named = self.choices().into_iter().map(|choice| (choice.form(true), choice.about));
+        let named = named.filter(|(form, _)| !form.is_empty());
+        let rows: String = named
+            .map(|(form, about)| {
+                let form = form.trim_start_matches(',');
+                format!("\n  {form}\n      {about}")
+            })
+            .collect();
+        format!("{}{rows}", self.help())
+    }
+
+    /// The usual device of the group at this place, with what is chosen about it unless something else is.
+    pub(crate) fn usual(self, place: u8) -> String {
+        let Some(device) = self.devices().next() else { return place.to_string() };
+        let chosen = device.choices().iter().filter_map(|choice| {
+            let Takes::OneOf(_, Some(usual)) = choice.takes else { return None };
+            Some(format!(",{}={usual}", choice.key))
+        });
+        format!("{place},{}={}{}", self.device_key(), device.name(), chosen.collect::<String>())
     }
 
     /// The key of the place on the bus.

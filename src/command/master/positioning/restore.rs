@@ -272,7 +272,7 @@ mod tests {
     use crate::devices::ag03::param::Gear;
 
     use super::*;
-    use crate::command::master::ag03::rig::{Cut, Rig};
+    use crate::command::master::positioning::rig::{Cut, Rig};
 
     /// Some parameters of every kind: words, double words, with and without conditions.
     const CHANGED: [(Parameter, i32); 6] = [

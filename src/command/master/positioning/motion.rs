@@ -262,7 +262,7 @@ mod tests {
 
     use super::*;
     use crate::command::args::Go;
-    use crate::command::master::ag03::rig::{Cut, Rig};
+    use crate::command::master::positioning::rig::{Cut, Rig};
 
     const GO: Go = Go { yes: true };
     const CONFIRMED: Confirmed = Confirmed::BY_TEST;
