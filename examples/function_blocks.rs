@@ -6,6 +6,7 @@
 
 #![allow(dead_code, reason = "the example uses a part of the blocks, its test another")]
 
+use profidrive::devices::BusDrive as _;
 use profidrive::devices::ppo_drive::profile::{StwBit, ZswBit};
 use profidrive::devices::profidrive4::profibus::bits::{
     PosStw1Bit, PosStw2Bit, PosZsw1Bit, PosZsw2Bit, PositionStwBit, PositionZswBit,

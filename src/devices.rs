@@ -10,6 +10,7 @@
 //! | [`ppo_drive`] | any drive with variable speed of PROFIDRIVE version 2 |
 //! | [`profidrive4`] | a servo drive of PROFIdrive version 3 and 4, with DP-V1 |
 //! | `servo` | motor, load and motion of any servo drive |
+//! | `bus_drive` | `BusDrive`: what a host asks of any drive of the profile on PROFIBUS |
 //! | `node` | [`CanopenDevice`]: what a host asks of any device on CANopen |
 //! | `plain_node` | [`PlainNode`]: any device on CANopen that has no clock of its own |
 //! | `plain_station` | [`PlainStation`]: any device on PROFIBUS that makes inputs of outputs |
@@ -23,6 +24,8 @@
 pub mod ag03;
 pub mod ap10;
 pub mod asda_a2;
+#[cfg(feature = "std")]
+mod bus_drive;
 #[cfg(feature = "std")]
 pub(crate) mod cia402_drive;
 mod drive_state;
@@ -41,6 +44,8 @@ mod station_event;
 pub(crate) mod story;
 pub mod vocabulary;
 
+#[cfg(feature = "std")]
+pub use bus_drive::{BusDrive, KeptValue};
 pub use node::{CanopenDevice, CanopenEvent, RecallError};
 pub use plain_node::PlainNode;
 pub use plain_station::{PlainStation, SlaveDevice};

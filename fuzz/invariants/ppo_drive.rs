@@ -10,6 +10,7 @@
 //!        e0..=ff  nothing for a second and a new start
 //! ```
 
+use profidrive::devices::BusDrive as _;
 use profidrive::devices::ppo_drive::Quantity;
 use profidrive::devices::ppo_drive::profibus::{CONFIGURATIONS, IDENT_NUMBER, PpoDrive, PpoOnly};
 use profidrive::devices::ppo_drive::profile::ZswBit;

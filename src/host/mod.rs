@@ -56,6 +56,7 @@ pub mod fault;
 mod gsd_description;
 mod gsd_station;
 mod hexadecimal;
+mod hosted_drive;
 #[cfg(feature = "panel")]
 pub(crate) mod inner_master;
 #[cfg(all(test, feature = "parameters"))]
@@ -91,6 +92,7 @@ pub(crate) use device_file::gsd_of_file;
 pub(crate) use gsd_station::TimedAlarm;
 pub use gsd_station::{GsdStation, OutputsAre, StationRecord, StationRecords};
 pub(crate) use hexadecimal::octets_of_hex;
+pub use hosted_drive::{Hosted, HostedDrive};
 pub use participant::{Appearance, Participant, StationKind};
 pub use ppo_drive::{HostedPpoDrive, PpoJudge};
 pub use profidrive4::HostedProfidrive;

@@ -14,6 +14,7 @@
 //! ```
 
 use super::state_dir::{ImageFile, Newest, StateDir, StateDirError};
+use crate::devices::KeptValue;
 use crate::image;
 use crate::image::storage;
 use crate::image::storage::Outcome;
@@ -53,9 +54,6 @@ pub(super) enum KeptRecord {
     Record((u8, u8), Vec<u8>),
     Block(u16, [u8; LEN]),
 }
-
-/// The bits of one element of a parameter.
-pub(super) type KeptValue = ((u16, u8), u32);
 
 impl Kept {
     fn encode(&self, product: &str) -> Vec<u8> {

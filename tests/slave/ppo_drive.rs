@@ -3,6 +3,7 @@
 use profidrive::client::{
     ErrorCode, Job, PkwClient, PkwError, PpoClient, PpoGoal, PpoGoalError, PpoLimits, Profile, Reply,
 };
+use profidrive::devices::BusDrive as _;
 use profidrive::devices::ag03::param::{Pnu, Subindex, Value};
 use profidrive::devices::ppo_drive::State;
 use profidrive::devices::ppo_drive::profibus::{CONFIGURATIONS, Family, IDENT_NUMBER, PpoDrive, PpoOnly};

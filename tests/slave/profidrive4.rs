@@ -1,5 +1,6 @@
 //! A drive of PROFIdrive 4 on the bus, in virtual time: telegrams, states, parameters by record 47 over MS1 and MS2.
 
+use profidrive::devices::BusDrive as _;
 use profidrive::devices::StationEvent;
 use profidrive::devices::ppo_drive::State;
 use profidrive::devices::profidrive4::profibus::{

@@ -54,10 +54,7 @@ pub(super) fn prepare(spec: &Spec) -> Result<Prepared, Wrong> {
         let drive =
             ProfidriveDevice::new(address, ground.rate, what, (offer, identification), family, ground.now);
         let hosted = HostedProfidrive::new(drive, ground.refusals.clone());
-        Ok(match ground.state {
-            Some(state) => Box::new(hosted.kept_in(state, ground.now)?),
-            None => Box::new(hosted),
-        })
+        Ok(hosted.kept_in(ground.state, ground.now)?)
     }))
 }
 

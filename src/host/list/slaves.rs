@@ -377,10 +377,7 @@ pub(super) fn ppo_drive(spec: &Spec) -> Result<Prepared, Wrong> {
         let drive = PpoDrive::new(address, ground.rate, what, table, ground.now);
         let drive = drive.map_err(|row| MakeError::Refused(default_refused(&row)))?;
         let hosted = HostedPpoDrive::new(drive.of_family(family), ground.refusals.clone());
-        Ok(match ground.state {
-            Some(state) => Box::new(hosted.kept_in(state, ground.now)?),
-            None => Box::new(hosted),
-        })
+        Ok(hosted.kept_in(ground.state, ground.now)?)
     }))
 }
 

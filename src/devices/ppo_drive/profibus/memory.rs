@@ -3,8 +3,11 @@
 use crate::map::Map;
 
 use super::{PpoDrive, parameters::Access};
-use crate::profibus::dp::{Application, StoredAddress};
+use crate::devices::{BusDrive, KeptValue, StationEvent, write_reply};
+use crate::profibus::dp::{Application, Slave, StoredAddress};
+use crate::profibus::fdl::{Address, MAX_TELEGRAM_LEN, Telegram};
 use crate::profibus::pkw::{Parameters, Value};
+use crate::time::{BaudRate, Instant};
 
 /// A parameter, and of an array the element from 1.
 pub(super) type Place = (u16, Option<u8>);
@@ -49,37 +52,67 @@ impl Memory {
     }
 }
 
-impl<A: Application> PpoDrive<A> {
-    /// The host keeps what is written to parameters from now on: see [`PpoDrive::take_changed`].
-    pub(crate) fn keep_parameters(&mut self) {
+impl<A: Application + 'static> BusDrive for PpoDrive<A> {
+    type Application = A;
+
+    fn slave(&self) -> &Slave<A> {
+        self.slave()
+    }
+
+    fn address(&self) -> Address {
+        self.station.address()
+    }
+
+    fn set_baud(&mut self, baud: BaudRate) {
+        self.station.set_baud(baud);
+    }
+
+    fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent)) {
+        self.advance(now, news);
+        if let Some(event) = self.station.handle_telegram(now, telegram).event {
+            news(StationEvent::Dp(event));
+        }
+        self.wake(now);
+    }
+
+    fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(StationEvent)) {
+        self.advance(now, news);
+    }
+
+    fn poll_transmit(
+        &mut self,
+        now: Instant,
+        buf: &mut [u8; MAX_TELEGRAM_LEN],
+        news: &mut dyn FnMut(StationEvent),
+    ) -> Option<usize> {
+        write_reply(self.station.poll_transmit(now), buf, news)
+    }
+
+    fn poll_timeout(&self) -> Option<Instant> {
+        Instant::first_of(self.station.poll_timeout(), self.cycles.next())
+    }
+
+    fn keep_parameters(&mut self) {
         self.memory.get_or_insert_default();
     }
 
-    /// Whether there is something new to be kept, which the host reports with [`PpoDrive::handle_stored`]. Until then the
-    /// job that wrote it has no reply.
-    pub(crate) fn take_changed(&mut self) -> bool {
+    /// Until it is reported, the job that wrote something has no reply.
+    fn take_changed(&mut self) -> bool {
         self.memory.as_mut().is_some_and(|memory| core::mem::take(&mut memory.changed))
     }
 
-    /// Every value that was written: parameter, element from 0, bits.
-    pub(crate) fn written(&self) -> impl Iterator<Item = ((u16, u8), u32)> {
+    fn to_keep(&self) -> Vec<KeptValue> {
         let written = self.memory.iter().flat_map(|memory| &memory.written);
-        written.map(|((pnu, element), bits)| ((*pnu, element.unwrap_or(0)), *bits))
+        written.map(|((pnu, element), bits)| ((*pnu, element.unwrap_or(0)), *bits)).collect()
     }
 
-    /// The address that Set_Slave_Add gave it, to be kept with [`Slave::rem_slave_data`](crate::profibus::dp::Slave::rem_slave_data).
-    pub(crate) const fn stored_address(&self) -> StoredAddress {
+    fn stored_address(&self) -> StoredAddress {
         self.station.stored_address()
     }
 
-    /// The drive is as it was before it was switched off. Values that its table does not take any more are left out.
-    pub(crate) fn recall(
-        &mut self,
-        (address, rem_slave_data): (StoredAddress, &[u8]),
-        written: impl IntoIterator<Item = ((u16, u8), u32)>,
-    ) {
+    fn recall(&mut self, (address, rem_slave_data): (StoredAddress, &[u8]), kept: Vec<KeptValue>) {
         self.station.recall(address, rem_slave_data);
-        for ((pnu, element), bits) in written {
+        for ((pnu, element), bits) in kept {
             let at = (pnu, Some(element).filter(|element| *element != 0));
             if self.set(at, bits)
                 && let Some(memory) = &mut self.memory
@@ -89,8 +122,8 @@ impl<A: Application> PpoDrive<A> {
         }
     }
 
-    /// What was written is safe, or could not be stored: then the parameter is as before and the job gets error 18.
-    pub(crate) fn handle_stored(&mut self, stored: bool) {
+    /// If it could not be stored, the parameter is as before and the job gets error 18.
+    fn handle_stored(&mut self, _: Instant, stored: bool) {
         let undo = self.memory.as_mut().and_then(|memory| memory.undo.take());
         if stored {
             self.engine.stored();
@@ -107,7 +140,9 @@ impl<A: Application> PpoDrive<A> {
             }
         }
     }
+}
 
+impl<A: Application> PpoDrive<A> {
     /// Sets a parameter without keeping it. Says whether it took the value.
     fn set(&mut self, (pnu, element): Place, bits: u32) -> bool {
         let Some(row) = self.table.row(pnu) else { return false };

@@ -23,15 +23,14 @@ mod parameters;
 mod why;
 
 use super::profile;
+use crate::devices::StationEvent;
 use crate::devices::ag03::unit::{ApplicationCycle, Cycles};
 use crate::devices::ppo_drive::table::{Channel, Row, Table, Tie};
 use crate::devices::ppo_drive::{Command, Drive, Fault, Quantity, SetError, Settings};
-use crate::devices::{StationEvent, write_reply};
 use crate::profibus::dp;
 use crate::profibus::dp::chk_cfg::{Identifier, Units, identifiers};
 use crate::profibus::dp::{Application, Description};
-use crate::profibus::fdl::MAX_TELEGRAM_LEN;
-use crate::profibus::fdl::{Address, Telegram};
+use crate::profibus::fdl::Address;
 use crate::profibus::pkw;
 use crate::profibus::pkw::{Engine, JobError, Value};
 use crate::profibus::ppo::{Pkw, PpoType, Stw, Zsw};
@@ -119,11 +118,6 @@ impl<A: Application> PpoDrive<A> {
     pub fn of_family(mut self, family: Family) -> Self {
         self.engine = Engine::new(family.channel());
         self
-    }
-
-    /// Its station address.
-    pub const fn address(&self) -> Address {
-        self.station.address()
     }
 
     /// Its slave.
@@ -221,46 +215,6 @@ impl<A: Application> PpoDrive<A> {
     /// The type of PPO in use; `None`: no configuration is accepted, or it has other octets.
     pub fn ppo(&self) -> Option<PpoType> {
         self.slave().accepted_configuration().and_then(ppo_of)
-    }
-
-    /// The line has another rate from now on.
-    pub(crate) fn set_baud(&mut self, baud: BaudRate) {
-        self.station.set_baud(baud);
-    }
-
-    /// Takes one telegram whose last octet ended at `now`.
-    pub fn handle_telegram(
-        &mut self,
-        now: Instant,
-        telegram: &Telegram<'_>,
-        news: &mut dyn FnMut(StationEvent),
-    ) {
-        self.advance(now, news);
-        if let Some(event) = self.station.handle_telegram(now, telegram).event {
-            news(StationEvent::Dp(event));
-        }
-        self.wake(now);
-    }
-
-    /// Time has passed. Spurious calls are harmless.
-    pub fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(StationEvent)) {
-        self.advance(now, news);
-    }
-
-    /// The telegram to send at `now`, written to `buf`, if its time has come: how many octets it has.
-    pub fn poll_transmit(
-        &mut self,
-        now: Instant,
-        buf: &mut [u8; MAX_TELEGRAM_LEN],
-        news: &mut dyn FnMut(StationEvent),
-    ) -> Option<usize> {
-        write_reply(self.station.poll_transmit(now), buf, news)
-    }
-
-    /// When to call [`PpoDrive::handle_timeout`] and [`PpoDrive::poll_transmit`] again; `None` = a telegram comes first.
-    #[must_use]
-    pub(crate) fn poll_timeout(&self) -> Option<Instant> {
-        Instant::first_of(self.station.poll_timeout(), self.cycles.next())
     }
 
     fn wake(&mut self, now: Instant) {
@@ -408,7 +362,7 @@ impl<A: Application> PpoDrive<A> {
     }
 
     fn known(&self, ppo: Option<PpoType>) -> Known {
-        Known { address: self.address(), ppo, stw: self.command.1, zsw: self.zsw() }
+        Known { address: self.station.address(), ppo, stw: self.command.1, zsw: self.zsw() }
     }
 
     fn access(&mut self, ppo: Option<PpoType>) -> Access<'_> {

@@ -1,9 +1,12 @@
 //! What the drive keeps while it is switched off: its address, and the parameters as they were stored (PNU 971).
 
 use super::application::TelegramOnly;
+use super::records::Records;
 use super::{Event, ProfidriveDevice};
-use crate::profibus::dp::{Application, StoredAddress};
-use crate::time::Instant;
+use crate::devices::{BusDrive, KeptValue, StationEvent, write_reply};
+use crate::profibus::dp::{Application, Slave, StoredAddress};
+use crate::profibus::fdl::{Address, MAX_TELEGRAM_LEN, Telegram};
+use crate::time::{BaudRate, Instant};
 
 impl<A: Application> ProfidriveDevice<TelegramOnly<A>> {
     /// PNU 971: without a host that keeps them the parameters are stored at once.
@@ -16,42 +19,88 @@ impl<A: Application> ProfidriveDevice<TelegramOnly<A>> {
             self.outbox.push(Event::Stored);
         }
     }
+}
 
-    /// The host keeps what is stored from now on: see [`ProfidriveDevice::take_changed`].
-    pub(crate) const fn keep_parameters(&mut self) {
+impl<A: Application + 'static> BusDrive for ProfidriveDevice<TelegramOnly<A>> {
+    type Application = TelegramOnly<A>;
+
+    fn slave(&self) -> &Slave<TelegramOnly<A>> {
+        self.slave()
+    }
+
+    fn address(&self) -> Address {
+        self.station.address()
+    }
+
+    fn set_baud(&mut self, baud: BaudRate) {
+        self.baud = baud;
+        self.station.set_baud(baud);
+    }
+
+    fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent)) {
+        self.advance(now, news);
+        let known = self.known();
+        let told = self.outbox.len();
+        let Self { station, acyclic, parameters, pending, identification, outbox, .. } = self;
+        let mut records = Records { parameters, pending, known, identification, told: outbox };
+        let outcome = acyclic.handle_telegram(station, &mut records, now, telegram);
+        if let Some(event) = outcome.event {
+            news(StationEvent::Dp(event));
+        }
+        self.tell_acyclic(news);
+        if self.outbox.len() > told {
+            self.cycles.wake(now);
+        }
+        self.carry_out(now);
+        self.empty_outbox(news);
+        self.wake(now);
+    }
+
+    fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(StationEvent)) {
+        self.advance(now, news);
+    }
+
+    fn poll_transmit(
+        &mut self,
+        now: Instant,
+        buf: &mut [u8; MAX_TELEGRAM_LEN],
+        news: &mut dyn FnMut(StationEvent),
+    ) -> Option<usize> {
+        write_reply(self.station.poll_transmit(now), buf, news)
+    }
+
+    fn poll_timeout(&self) -> Option<Instant> {
+        let services = Instant::first_of(self.station.poll_timeout(), self.acyclic.poll_timeout());
+        Instant::first_of(services, self.cycles.next())
+    }
+
+    fn keep_parameters(&mut self) {
         self.is_kept = true;
     }
 
-    /// Whether there is something new to be kept, which the host reports with [`ProfidriveDevice::handle_stored`].
-    pub(crate) const fn take_changed(&mut self) -> bool {
+    fn take_changed(&mut self) -> bool {
         core::mem::replace(&mut self.changed, false)
     }
 
-    /// Every value to be kept: those that are being stored, else those stored before.
-    pub(crate) fn to_keep(&self) -> Vec<((u16, u8), u32)> {
+    /// Those that are being stored, else those stored before.
+    fn to_keep(&self) -> Vec<KeptValue> {
         self.storing.as_ref().unwrap_or(&self.stored).clone()
     }
 
-    /// The address that Set_Slave_Add gave it.
-    pub(crate) const fn stored_address(&self) -> StoredAddress {
+    fn stored_address(&self) -> StoredAddress {
         self.station.stored_address()
     }
 
-    /// The drive is as it was before it was switched off. Values that its table does not take any more are left out.
-    pub(crate) fn recall(
-        &mut self,
-        (address, rem_slave_data): (StoredAddress, &[u8]),
-        stored: Vec<((u16, u8), u32)>,
-    ) {
+    fn recall(&mut self, (address, rem_slave_data): (StoredAddress, &[u8]), kept: Vec<KeptValue>) {
         self.station.recall(address, rem_slave_data);
-        if !stored.is_empty() {
-            self.parameters.recall(&self.known(), &stored);
+        if !kept.is_empty() {
+            self.parameters.recall(&self.known(), &kept);
             self.stored = self.parameters.kept(&self.known());
         }
     }
 
-    /// What was kept is safe, or could not be kept: then what was stored before stays.
-    pub(crate) fn handle_stored(&mut self, now: Instant, stored: bool) {
+    /// If it could not be kept, what was stored before stays.
+    fn handle_stored(&mut self, now: Instant, stored: bool) {
         let Some(values) = self.storing.take() else { return };
         self.parameters.storing = false;
         if stored {

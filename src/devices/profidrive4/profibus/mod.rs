@@ -44,17 +44,16 @@ pub use telegram::Telegram;
 
 use channel::Channel;
 use parameters::{Effect, Known, Parameters};
-use records::{Pending, Records};
+use records::Pending;
 
+use crate::devices::StationEvent;
 use crate::devices::ag03::unit::{ApplicationCycle, Cycles};
 use crate::devices::ppo_drive::profile::NotFollowed;
 use crate::devices::profidrive4::{Command, Drive, Fault, Setting};
-use crate::devices::{StationEvent, write_reply};
 use crate::profibus::dp;
 use crate::profibus::dp::{Application, Description};
 use crate::profibus::dpv1::{self, Identification, LastRefused, Offer, PARAMETER_INDEX};
-use crate::profibus::fdl;
-use crate::profibus::fdl::{Address, MAX_TELEGRAM_LEN};
+use crate::profibus::fdl::Address;
 use crate::profibus::pkw;
 use crate::profibus::ppo::{Pkw, Stw, Zsw};
 use crate::time::{BaudRate, Instant};
@@ -147,11 +146,6 @@ impl<A: Application> ProfidriveDevice<TelegramOnly<A>> {
         this
     }
 
-    /// Its station address.
-    pub const fn address(&self) -> Address {
-        self.station.address()
-    }
-
     /// Its slave.
     pub const fn slave(&self) -> &dp::Slave<TelegramOnly<A>> {
         self.station.slave()
@@ -180,7 +174,7 @@ impl<A: Application> ProfidriveDevice<TelegramOnly<A>> {
 
     fn known(&self) -> Known {
         Known {
-            address: self.address(),
+            address: self.station.address(),
             baud: self.baud,
             ident: self.slave().description().ident,
             telegram: self.telegram(),
@@ -195,37 +189,6 @@ impl<A: Application> ProfidriveDevice<TelegramOnly<A>> {
             self.parameters.drive.raise(fault, 0);
             self.cycles.wake(now);
         }
-    }
-
-    /// The line has another rate from now on.
-    pub(crate) fn set_baud(&mut self, baud: BaudRate) {
-        self.baud = baud;
-        self.station.set_baud(baud);
-    }
-
-    /// Takes one telegram whose last octet ended at `now`.
-    pub fn handle_telegram(
-        &mut self,
-        now: Instant,
-        telegram: &fdl::Telegram<'_>,
-        news: &mut dyn FnMut(StationEvent),
-    ) {
-        self.advance(now, news);
-        let known = self.known();
-        let told = self.outbox.len();
-        let Self { station, acyclic, parameters, pending, identification, outbox, .. } = self;
-        let mut records = Records { parameters, pending, known, identification, told: outbox };
-        let outcome = acyclic.handle_telegram(station, &mut records, now, telegram);
-        if let Some(event) = outcome.event {
-            news(StationEvent::Dp(event));
-        }
-        self.tell_acyclic(news);
-        if self.outbox.len() > told {
-            self.cycles.wake(now);
-        }
-        self.carry_out(now);
-        self.empty_outbox(news);
-        self.wake(now);
     }
 
     fn empty_outbox(&mut self, news: &mut dyn FnMut(StationEvent)) {
@@ -266,29 +229,6 @@ impl<A: Application> ProfidriveDevice<TelegramOnly<A>> {
         self.stored = stored;
         (self.command, self.life) = Default::default();
         self.cycles.wake(now);
-    }
-
-    /// Time has passed. Spurious calls are harmless.
-    pub fn handle_timeout(&mut self, now: Instant, news: &mut dyn FnMut(StationEvent)) {
-        self.advance(now, news);
-    }
-
-    /// The telegram to send at `now`, written to `buf`, if its time has come: how many octets it has.
-    pub fn poll_transmit(
-        &mut self,
-        now: Instant,
-        buf: &mut [u8; MAX_TELEGRAM_LEN],
-        news: &mut dyn FnMut(StationEvent),
-    ) -> Option<usize> {
-        write_reply(self.station.poll_transmit(now), buf, news)
-    }
-
-    /// When to call [`ProfidriveDevice::handle_timeout`] and [`ProfidriveDevice::poll_transmit`] again; `None` = a telegram
-    /// comes first.
-    #[must_use]
-    pub fn poll_timeout(&self) -> Option<Instant> {
-        let services = Instant::first_of(self.station.poll_timeout(), self.acyclic.poll_timeout());
-        Instant::first_of(services, self.cycles.next())
     }
 
     fn wake(&mut self, now: Instant) {
