@@ -5,6 +5,7 @@ use std::sync::Arc;
 use axum::body::Bytes;
 use serde::Serialize;
 
+use super::super::history::Weight;
 use super::super::station::{ReasonText, seconds};
 use super::feed::Told;
 use crate::explain::{self, Explanation, Mark};
@@ -193,9 +194,26 @@ impl Told {
 }
 
 impl NewsEvent {
-    /// Whether it is about the octets of a line: noise makes very many of them.
-    pub(super) const fn is_of_line(&self) -> bool {
-        matches!(self.kind, EventKind::Line)
+    /// How much it matters that it is kept.
+    pub(super) const fn weight(&self) -> Weight {
+        match self.kind {
+            EventKind::Line => Weight::Noise,
+            EventKind::CommandRefused
+            | EventKind::JobRefused
+            | EventKind::Drive
+            | EventKind::Parameter
+            | EventKind::Sdo
+            | EventKind::Pdo
+            | EventKind::Hint => Weight::Traffic,
+            EventKind::Fault
+            | EventKind::Input
+            | EventKind::Power
+            | EventKind::Dp
+            | EventKind::Nmt
+            | EventKind::Emcy
+            | EventKind::ErrorControl
+            | EventKind::Removed => Weight::State,
+        }
     }
 
     /// The last of the stream of one station.

@@ -70,7 +70,7 @@ impl Readers {
 
     fn tell(&self, make: impl FnOnce(u64) -> (Instant, NewsEvent)) {
         let mut events = self.events.lock().unwrap_or_else(PoisonError::into_inner);
-        let (_, told) = events.keep(make, |(_, event)| event.is_of_line());
+        let (_, told) = events.keep(make, |(_, event)| event.weight());
         // In the order of their numbers. Whether somebody hears it is not our concern.
         let _ = self.news.send(told.item());
     }
