@@ -3,7 +3,7 @@
 import json
 from collections.abc import Mapping
 from typing import Any, Final
-from urllib.error import HTTPError
+from urllib.error import HTTPError, URLError
 from urllib.request import ProxyHandler, Request, build_opener
 
 # The panel is on this machine: no proxy of the environment stands between.
@@ -17,7 +17,7 @@ class ApiError(Exception):
     def __init__(self, status: int, detail: str) -> None:
         super().__init__(detail)
         self.status = status
-        """The HTTP status, such as 404 or 422."""
+        """The HTTP status, such as 404 or 422; 0 if nobody answers."""
         self.detail = detail
         """The reason, a sentence."""
 
@@ -44,6 +44,8 @@ class Api:
         except HTTPError as error:
             with error:
                 raise ApiError(error.code, _detail(error.read())) from None
+        except URLError as error:
+            raise ApiError(0, f"nobody answers at {self.root}: has the emulator ended? ({error.reason})") from None
         result: object = json.loads(octets) if octets else None
         return result
 

@@ -3,7 +3,7 @@
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 from urllib.parse import quote
 
 from ._api import Api
@@ -12,6 +12,16 @@ from ._decode import Telegram, decode_file
 from ._drive import Drive, Station
 from ._events import Events, Kind
 from ._faults import LineFault
+
+
+_T = TypeVar("_T")
+
+
+class _ByAddress(dict[int, _T]):
+    """Says which addresses there are where one is not."""
+
+    def __missing__(self, address: int) -> _T:
+        raise KeyError(f"there is no station at address {address}; there are {', '.join(map(str, self)) or 'none'}")
 
 
 class Line:
@@ -28,12 +38,14 @@ class Line:
         self.metrics = ready.metrics
         """What Prometheus reads (docs/metrics.md); `None` without `options=["--metrics", "127.0.0.1:0"]`."""
         described = set(ready.stations)
-        self.drives: Mapping[int, Drive] = {
-            address: Drive(self._known, self.name, address) for address in ready.drives if address not in described
-        } if self._api else {}
+        drives = [address for address in ready.drives if address not in described] if self._api else []
+        self.drives: Mapping[int, Drive] = _ByAddress(
+            (address, Drive(self._known, self.name, address)) for address in drives
+        )
         """The drives, or the nodes of a bus of CAN, by address, as they were at the start."""
-        self.stations: Mapping[int, Station] = (
-            {address: Station(self._known, self.name, address) for address in ready.stations} if self._api else {}
+        stations = ready.stations if self._api else []
+        self.stations: Mapping[int, Station] = _ByAddress(
+            (address, Station(self._known, self.name, address)) for address in stations
         )
         """The stations that a device file describes, by address, as they were at the start."""
 

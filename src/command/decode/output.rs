@@ -128,7 +128,9 @@ impl<W: Write> Output<W> {
         let Self { explained, invalid, mistakes, unreadable, .. } = self;
         if explained == 0 && unreadable == 0 {
             return Err(Failure::Other(
-                "there are no octets in the input; see 'profidrive decode --help'".into(),
+                "there are no octets in the input: the master sent nothing, or nothing was recorded; check that it runs and uses \
+                 the link of the recording; see 'profidrive decode --help'"
+                    .into(),
             ));
         }
         let mut wrong = Vec::new();
