@@ -84,12 +84,15 @@ pub struct Again {
     pub times: u32,
     /// From when it was told to the last time.
     pub within: Duration,
+    /// It stands for others of the same device, too: so much is wrong that not all of it is told.
+    pub of_others: bool,
 }
 
 impl fmt::Display for Again {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let times = if self.times == 1 { "time" } else { "times" };
-        write!(f, "{} {times} more in {:.1} s", self.times, self.within.as_secs_f64())
+        let others = if self.of_others { ", with others like it," } else { "" };
+        write!(f, "{} {times} more{others} in {:.1} s", self.times, self.within.as_secs_f64())
     }
 }
 

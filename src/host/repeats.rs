@@ -25,8 +25,10 @@ const DIFFERENT: u32 = 10;
 /// What was told: each event, its cause whatever the numbers in it are, and how many different ones of its place.
 #[derive(Debug)]
 pub(super) struct Told<E> {
-    events: Repeats<E>,
-    causes: Repeats<(u64, E)>,
+    /// With its place; 0 of those that count for themselves.
+    events: Repeats<(u64, E)>,
+    /// With its key, and its place.
+    causes: Repeats<(u64, (u64, E))>,
     places: Repeats<(u64, E)>,
 }
 
@@ -48,18 +50,20 @@ impl<E: Clone> Told<E> {
         each: u32,
         of: impl FnOnce(&E) -> (u64, u64),
     ) -> bool {
-        if each == 1 && !self.events.knows(now, event, &same) {
+        let is_of_event = |one: &(u64, E), other: &(u64, E)| same(&one.1, &other.1);
+        let mut at = 0;
+        if each == 1 && !self.events.knows(now, &(0, event.clone()), is_of_event) {
             let (place, cause) = of(event);
-            let is_of = |one: &(u64, E), other: &(u64, E)| one.0 == other.0;
-            let is_new = |told: &mut Repeats<(u64, E)>, key: u64, most| {
-                told.is_new(now, &(key, event.clone()), is_of, most)
-            };
-            let key = cause.wrapping_add(place);
-            if !is_new(&mut self.causes, key, NUMBERS) || !is_new(&mut self.places, place, DIFFERENT) {
+            at = place;
+            let of_cause = (cause.wrapping_add(place), (place, event.clone()));
+            let of_place = (place, event.clone());
+            if !self.causes.is_new(now, &of_cause, |one, other| one.0 == other.0, NUMBERS)
+                || !self.places.is_new(now, &of_place, |one, other| one.0 == other.0, DIFFERENT)
+            {
                 return false;
             }
         }
-        self.events.is_new(now, event, same, each)
+        self.events.is_new(now, &(at, event.clone()), is_of_event, each)
     }
 
     /// When a count is to be told; `None`: nothing repeats.
@@ -70,9 +74,12 @@ impl<E: Clone> Told<E> {
 
     /// An event whose count is to be told now.
     pub(super) fn poll(&mut self, now: Instant) -> Option<(E, Again)> {
-        let of_cause = |((_, event), again): ((u64, E), Again)| (event, again);
-        let by_key = |told: &mut Repeats<(u64, E)>| told.poll(now).map(of_cause);
-        self.events.poll(now).or_else(|| by_key(&mut self.causes)).or_else(|| by_key(&mut self.places))
+        let Self { events, causes, places } = self;
+        events.hand_over(now, places, |(place, _)| *place);
+        causes.hand_over(now, places, |(_, (place, _))| *place);
+        let told = events.poll(now).or_else(|| causes.poll(now).map(|((_, event), again)| (event, again)));
+        let of_place = |(event, again)| (event, Again { of_others: true, ..again });
+        told.or_else(|| places.poll(now).map(of_place)).map(|((_, event), again)| (event, again))
     }
 }
 
@@ -143,6 +150,31 @@ impl<E> Default for Repeats<E> {
 }
 
 impl<E: Clone> Repeats<E> {
+    /// Hands the counts that are due over to their places, where those count: so much is wrong there that one count is told.
+    fn hand_over<P: Clone>(
+        &mut self,
+        now: Instant,
+        places: &mut Repeats<(u64, P)>,
+        place_of: impl Fn(&E) -> u64,
+    ) {
+        if self.due.is_none_or(|due| now < due) {
+            return;
+        }
+        for known in self.known.iter_mut().filter(|known| known.due().is_some_and(|due| due <= now)) {
+            let key = place_of(&known.event);
+            let of = |place: &&mut Known<(u64, P)>| place.event.0 == key && place.each >= DIFFERENT;
+            if let Some(place) = places.known.iter_mut().find(of) {
+                place.more = place.more.saturating_add(known.more);
+                place.last = place.last.max(known.last);
+                (known.told, known.more) = (now, 0);
+            }
+        }
+        self.plan();
+        places.plan();
+    }
+}
+
+impl<E: Clone> Repeats<E> {
     /// Whether it came a short time ago.
     fn knows(&self, now: Instant, event: &E, same: impl Fn(&E, &E) -> bool) -> bool {
         let is_near = |known: &Known<E>| known.more > 0 || now.saturating_since(known.last) < QUIET;
@@ -180,10 +212,11 @@ impl<E: Clone> Repeats<E> {
     }
 
     /// An event whose count is to be told now.
-    pub(super) fn poll(&mut self, now: Instant) -> Option<(E, Again)> {
+    fn poll(&mut self, now: Instant) -> Option<(E, Again)> {
         self.due.filter(|due| *due <= now)?;
         let known = self.known.iter_mut().find(|known| known.due().is_some_and(|due| due <= now))?;
-        let again = Again { times: known.more, within: known.last.saturating_since(known.told) };
+        let within = known.last.saturating_since(known.told);
+        let again = Again { times: known.more, within, of_others: false };
         (known.told, known.more) = (now, 0);
         let event = known.event.clone();
         self.plan();
@@ -242,7 +275,10 @@ mod tests {
         assert_eq!(told.count(), 3);
         assert_eq!(repeats.poll_timeout(), Some(at(2900)), "2 s after the last");
         assert_eq!(repeats.poll(at(2899)), None);
-        assert_eq!(repeats.poll(at(2900)), Some((7, Again { times: 7, within: Duration::from_millis(700) })));
+        assert_eq!(
+            repeats.poll(at(2900)),
+            Some((7, Again { times: 7, within: Duration::from_millis(700), of_others: false }))
+        );
         assert_eq!(repeats.poll_timeout(), None);
     }
 }

@@ -155,11 +155,28 @@ impl fmt::Display for BusEvent {
 
 /// How often what a master can cause in each of its cycles is told before it is counted; `None`: it is told each time.
 fn told_each_time(event: &StationEvent) -> Option<u32> {
-    let of_master = matches!(event.kind(), EventKind::CommandRefused | EventKind::JobRefused | EventKind::Dp);
+    let of_master = matches!(
+        event.kind(),
+        EventKind::CommandRefused
+            | EventKind::JobRefused
+            | EventKind::Dp
+            | EventKind::Parameter
+            | EventKind::Hint
+    );
     let refused = matches!(event, StationEvent::Acyclic(event) if event.is_refusal());
     // A change of its state belongs between others; only a circle of them is counted.
-    let times = if event.error().is_some() || refused { 1 } else { 3 };
+    let times =
+        if event.error().is_some() || refused || is_parameter(event) || event.kind() == EventKind::Hint {
+            1
+        } else {
+            3
+        };
     (of_master && !event.is_detail()).then_some(times)
+}
+
+/// A parameter was changed: a master may do that all the time, and to many of them.
+fn is_parameter(event: &StationEvent) -> bool {
+    event.kind() == EventKind::Parameter
 }
 
 /// News in the order they came.
@@ -198,7 +215,11 @@ impl News {
         }
         let each = told_each_time(&event);
         let told = (address, event);
-        let of = |told: &(Address, StationEvent)| (u64::from(told.0.number()), cause(&told.1));
+        let of = |told: &(Address, StationEvent)| {
+            let (station, cause) = (u64::from(told.0.number()), cause(&told.1));
+            // Each parameter counts for itself.
+            (if is_parameter(&told.1) { cause.wrapping_add(station) } else { station }, cause)
+        };
         if each.is_none_or(|each| self.repeats.is_new(now, &told, PartialEq::eq, each, of)) {
             self.push(BusEvent::Station { address, event: told.1 });
         }
