@@ -3,15 +3,18 @@
 //! | file | holds |
 //! | --- | --- |
 //! | here | [`LineHint`]: what is odd, in words; who is asked, and by whom |
+//! | `addresses` | [`Addresses`]: a set of them |
 //! | `start_up` | what leads to no data exchange, or nowhere |
 //! | `owned` | whose the stations are, and what Global_Control holds in them |
 
+mod addresses;
 mod owned;
 mod start_up;
 
 use core::fmt;
 use core::time::Duration;
 
+pub use self::addresses::Addresses;
 pub(super) use self::owned::Owned;
 use self::start_up::StartUp;
 use crate::devices::ag03::profibus::hint::PAUSE;
@@ -33,6 +36,9 @@ const OVERHEARD: usize = 512;
 
 /// So many requests to service access points that DP does not have, and none that it has, are another protocol.
 const NOT_DP: u8 = 20;
+
+/// So many times the same request is no retry: masters repeat one 15 times at most.
+const NO_RETRY: u8 = 30;
 
 /// So many requests in vain to one address are no look-around.
 const IN_VAIN: u8 = 3;
@@ -140,6 +146,13 @@ pub enum LineHint {
         /// For so long.
         time: Duration,
     },
+    /// A master sends a station the same request with the same frame count bit, far more often than a retry.
+    SameFrameCount {
+        /// The master.
+        master: Address,
+        /// Whom it asks.
+        station: Address,
+    },
     /// A station is asked with a service of layer 2 that DP does not use.
     NotOfDp {
         /// Who asks.
@@ -151,10 +164,6 @@ pub enum LineHint {
     },
 }
 
-/// A set of addresses. `Display`: `3, 5 to 8`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Addresses(u128);
-
 impl LineHint {
     /// The station it is about; `None`: the line.
     pub(crate) const fn station(&self) -> Option<Address> {
@@ -164,6 +173,7 @@ impl LineHint {
             | Self::LockAndUnlock { station, .. }
             | Self::TokenToSlave { station, .. }
             | Self::Held { station, .. }
+            | Self::SameFrameCount { station, .. }
             | Self::NotOfDp { station, .. } => Some(*station),
             Self::OnlyNoise { .. }
             | Self::NotDp { .. }
@@ -174,26 +184,6 @@ impl LineHint {
             | Self::ControlReserved { .. }
             | Self::ControlOfOther { .. } => None,
         }
-    }
-}
-
-impl Addresses {
-    const NONE: Self = Self(0);
-
-    /// These.
-    pub(crate) fn of(addresses: impl IntoIterator<Item = Address>) -> Self {
-        let mut all = Self::NONE;
-        addresses.into_iter().for_each(|address| all.add(address));
-        all
-    }
-
-    /// Whether this one is among them.
-    pub(crate) const fn contains(self, address: Address) -> bool {
-        self.0 >> address.number() & 1 == 1
-    }
-
-    const fn add(&mut self, address: Address) {
-        self.0 |= 1 << address.number();
     }
 }
 
@@ -226,6 +216,7 @@ pub(super) struct Watch {
     ring: Addresses,
     token_said: Option<Instant>,
     service_said: Option<Instant>,
+    again_said: Option<Instant>,
     start_up: StartUp,
 }
 
@@ -248,6 +239,7 @@ impl Watch {
             ring: Addresses::NONE,
             token_said: None,
             service_said: None,
+            again_said: None,
             start_up: StartUp::new(),
         }
     }
@@ -265,6 +257,18 @@ impl Watch {
             .then(|| LineHint::OnlyNoise { rate, foreign: Foreign::in_noise(&self.overheard) });
         self.overheard.clear();
         hint
+    }
+
+    /// A request to a station of ours came for the `times`th time without another one between.
+    #[cold]
+    pub(super) fn asked_again(
+        &mut self,
+        now: Instant,
+        request: &DataTelegram<'_>,
+        times: u8,
+    ) -> Option<LineHint> {
+        let is_told = times >= NO_RETRY && due(&mut self.again_said, now);
+        is_told.then_some(LineHint::SameFrameCount { master: request.sa, station: request.da })
     }
 
     /// Whether the octets before were no telegram: [`overhear`](Self::overhear) wants the next ones.
@@ -540,6 +544,12 @@ impl fmt::Display for LineHint {
                     undo.name()
                 )
             }
+            Self::SameFrameCount { master, station } => write!(
+                f,
+                "hint: master {master} has sent station {station} the same request {NO_RETRY} times with the same frame count bit \
+                 (FCB, octet FC bit 5): the station takes that for a retry and sends its old reply, so inputs do not change; \
+                 change the bit with each new request"
+            ),
             Self::NotOfDp { master, station, service } => write!(
                 f,
                 "hint: master {master} sends station {station} a request that DP does not use ({}; octet FC, code {:X}); send \
@@ -548,12 +558,6 @@ impl fmt::Display for LineHint {
                 *service as u8
             ),
         }
-    }
-}
-
-impl fmt::Display for Addresses {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        Ranges(self.0).fmt(f)
     }
 }
 

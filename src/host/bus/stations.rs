@@ -56,6 +56,8 @@ pub(super) struct Slot {
     pub(super) errors: StationErrors,
     /// The newest request to it, to tell retries, and when its last octet was handed over.
     last: LastRequest,
+    /// How often it came again without another one between.
+    again: u8,
     asked: Instant,
 }
 
@@ -135,6 +137,7 @@ impl Stations {
             counters: StationCounters::default(),
             errors: StationErrors::default(),
             last: LastRequest::NONE,
+            again: 0,
             asked: Instant::ZERO,
         });
         self.order.push(address);
@@ -285,8 +288,13 @@ impl Stations {
             return false;
         }
         let retry = slot.last.take(data);
+        slot.again = if retry { slot.again.saturating_add(1) } else { 0 };
+        let again = slot.again;
         slot.asked = at;
         slot.counters.request(telegram, retry);
+        if retry && let Some(hint) = self.watch.asked_again(at, data, again) {
+            self.news.push(BusEvent::Hint(hint));
+        }
         true
     }
 

@@ -11,6 +11,9 @@ use super::{
 use crate::profibus::fdl::station::DEFAULT_MIN_TSDR;
 use crate::profibus::fdl::{Address, Sap};
 
+/// max T_SDR of the lower rates, in bit times: what is not above it is below that of each rate.
+const LOWEST_MAX_TSDR: u8 = 60;
+
 /// What the slave tells the application.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -269,10 +272,18 @@ impl fmt::Display for Event {
                 write!(f, "parameterised by master {master}, ")?;
                 match watchdog {
                     Some(time) => write!(f, "watchdog {time:?}")?,
-                    None => f.write_str("watchdog off")?,
+                    None => {
+                        f.write_str("watchdog off: nothing stops the outputs when the master is silent")?
+                    }
                 }
                 if let Some(bits) = min_tsdr {
                     write!(f, ", min T_SDR {bits} T_bit")?;
+                    if *bits > LOWEST_MAX_TSDR {
+                        f.write_str(
+                            " (more than max T_SDR, which is 60 up to 187.5 kbit/s, 100 at 500 kbit/s, 150 at 1.5 Mbit/s: lower it, \
+                             or masters do not wait for the reply)",
+                        )?;
+                    }
                     if *bits < DEFAULT_MIN_TSDR {
                         write!(f, " (taken as {DEFAULT_MIN_TSDR})")?;
                     }
@@ -286,7 +297,7 @@ impl fmt::Display for Event {
                     let bit = DiagBit::NotSupported;
                     write!(
                         f,
-                        ", Sync or Freeze (Set_Prm octet 1 bits {} and {}) is not supported: Slave_Diag {} is set",
+                        ", Sync or Freeze (Set_Prm octet 1 bits {} and {}) is not supported: Slave_Diag {} is set, take the slave out of their groups in the master's project",
                         PrmBit::SyncReq.number(),
                         PrmBit::FreezeReq.number(),
                         bit.name()

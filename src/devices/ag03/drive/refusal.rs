@@ -180,6 +180,21 @@ impl Refusal {
         ReasonText { refusal: *self, reason }
     }
 
+    /// What a setpoint far outside the limits would be with its octets the other way round, if that is within them.
+    fn write_exchanged(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Request::Travel { setpoint } = self.request else { return Ok(()) };
+        let meant = setpoint.swap_bytes();
+        let is_far = setpoint.unsigned_abs() >> 24 != 0 && setpoint & 0xFFFF == 0;
+        match is_far && (self.lower_limit..=self.upper_limit).contains(&meant) {
+            true => write!(
+                f,
+                ", its octets seem to be exchanged, {} was meant: send the high octet first",
+                self.lengths.position(meant.into())
+            ),
+            false => Ok(()),
+        }
+    }
+
     fn write(&self, f: &mut fmt::Formatter<'_>, reason: Reason) -> fmt::Result {
         let place = |number: i32| self.lengths.position(number.into());
         let [position, upper_limit, lower_limit, loop_point] =
@@ -221,8 +236,14 @@ impl Refusal {
                 "actual position {position} is below the lower limit ({lower_limit}): \
                  only inching in positive direction is possible"
             ),
-            Reason::SetpointAboveUpperLimit => write!(f, "setpoint is above the upper limit ({upper_limit})"),
-            Reason::SetpointBelowLowerLimit => write!(f, "setpoint is below the lower limit ({lower_limit})"),
+            Reason::SetpointAboveUpperLimit => {
+                write!(f, "setpoint is above the upper limit ({upper_limit})")?;
+                self.write_exchanged(f)
+            }
+            Reason::SetpointBelowLowerLimit => {
+                write!(f, "setpoint is below the lower limit ({lower_limit})")?;
+                self.write_exchanged(f)
+            }
             Reason::LoopPointAboveUpperLimit => {
                 write!(f, "loop point {loop_point} is above the upper limit ({upper_limit})")
             }

@@ -86,7 +86,13 @@ impl fmt::Display for JobText {
                 )?;
                 Exchanged(job).fmt(f)
             }
-            JobError::UnknownParameter { .. } => Exchanged(job).fmt(f),
+            JobError::UnknownParameter { got } => {
+                if let Some(entry) = entry(Model::Ag03_1, Pnu::from_low_bits(got)) {
+                    return write!(f, " in an AG03; the AG03/1 has it ({})", entry.name);
+                }
+                Near(got).fmt(f)?;
+                Exchanged(job).fmt(f)
+            }
             JobError::NotNow(_) => {
                 f.write_str("; write it again when the shaft stands and no job is active (ZSW.13 = 1)")
             }
@@ -113,6 +119,21 @@ impl fmt::Display for JobText {
 fn known(job: Pkw) -> Option<&'static Entry> {
     let pnu = Pnu::from_low_bits(job.pke.pnu());
     [Model::Ag03_1, Model::Ag03].into_iter().find_map(|model| entry(model, pnu))
+}
+
+/// The parameters before and behind a number that is none, as the end of a sentence.
+struct Near(u16);
+
+impl fmt::Display for Near {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let entry = |number| entry(Model::Ag03_1, Pnu::from_low_bits(number));
+        let (before, behind) = ((1..self.0).rev().find_map(entry), (self.0..1 << 11).find_map(entry));
+        for (place, entry) in before.into_iter().chain(behind).enumerate() {
+            let gap = if place == 0 { "; near it:" } else { "," };
+            write!(f, "{gap} {} {}", entry.pnu, entry.name)?;
+        }
+        Ok(())
+    }
 }
 
 /// What a job would be with the octets of PKE exchanged, as the end of a sentence; nothing if that is no job either.

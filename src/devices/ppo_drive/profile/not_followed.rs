@@ -121,6 +121,10 @@ impl fmt::Display for NotFollowed {
         for (place, reason) in self.reasons().enumerate() {
             write!(f, "{}{reason}", if place == 0 { ": " } else { "; " })?;
         }
+        if self.asked == Asked::Enable && self.reasons().all(|reason| reason.name == "Inhibited") {
+            let (on, ready) = (self.stw.raw(), self.stw.raw() & !StwBit::On.mask());
+            write!(f, "; next: send STW {ready:04X}, then {on:04X}")?;
+        }
         Ok(())
     }
 }
@@ -150,7 +154,7 @@ mod tests {
                 0,
                 0x047F,
                 0x0270,
-                "enabling operation refused: switching on is inhibited: give OFF1 once (STW bit 0 = 0, bits 1 and 2 = 1)",
+                "enabling operation refused: switching on is inhibited: give OFF1 once (STW bit 0 = 0, bits 1 and 2 = 1); next: send STW 047E, then 047F",
             ),
             (
                 0x047E,
@@ -180,7 +184,7 @@ mod tests {
                 0x047B,
                 0x047F,
                 0x0270,
-                "enabling operation refused: switching on is inhibited: give OFF1 once (STW bit 0 = 0, bits 1 and 2 = 1)",
+                "enabling operation refused: switching on is inhibited: give OFF1 once (STW bit 0 = 0, bits 1 and 2 = 1); next: send STW 047E, then 047F",
             ),
             (0x040E, 0x050E, 0x0231, "inching refused: OFF1: set STW bit 0 (ON)"),
         ] {
