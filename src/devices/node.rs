@@ -75,10 +75,12 @@ const fn of_node(event: &canopen::Event) -> EventKind {
             | NoEffect::RpdoLate { .. }
             | NoEffect::RpdoOff { .. }
             | NoEffect::TpdoRequest { .. }
-            | NoEffect::RpdoWaits { .. },
+            | NoEffect::TpdoOff { .. }
+            | NoEffect::RpdoLong { .. }
+            | NoEffect::SyncMissing { .. },
         ) => EventKind::Pdo,
         canopen::Event::Emergency { .. } => EventKind::Emcy,
-        canopen::Event::LifeGuardingExpired
+        canopen::Event::LifeGuardingExpired { .. }
         | canopen::Event::NoEffect(NoEffect::Guarding { .. })
         | canopen::Event::LifeGuardingBack
         | canopen::Event::HeartbeatLost { .. }

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::can_bus::canopen::NmtState;
+use crate::can_bus::canopen::{AwaitsSync, NmtState};
 use crate::can_bus::cia402::{Controlword, Mode};
 use crate::face::Reason;
 use crate::profibus::dp;
@@ -119,11 +119,19 @@ pub(crate) fn waits_for(mode: Option<Mode>, word: Controlword) -> &'static dyn f
     }
 }
 
-/// Tells in which NMT state a node does not carry out PDOs.
-pub(crate) fn of_node(state: NmtState, tell: &mut dyn FnMut(Reason<'_>)) {
-    match state {
-        NmtState::Operational => {}
-        NmtState::PreOperational | NmtState::Stopped => {
+/// Tells in which NMT state a node does not carry out PDOs, and which of them waits for SYNC in vain.
+pub(crate) fn of_node(state: NmtState, awaits: Option<AwaitsSync>, tell: &mut dyn FnMut(Reason<'_>)) {
+    match (state, awaits) {
+        (NmtState::Operational, Some(pdo @ AwaitsSync::Rpdo(_))) => tell(Reason::new(
+            "SyncMissing",
+            &format_args!("{pdo}, its control word does not reach the drive: {}", pdo.cure()),
+        )),
+        (NmtState::Operational, Some(pdo @ AwaitsSync::Tpdo(_))) => tell(Reason::new(
+            "SyncMissing",
+            &format_args!("{pdo}, the master does not see what the drive does: {}", pdo.cure()),
+        )),
+        (NmtState::Operational, None) => {}
+        (NmtState::PreOperational | NmtState::Stopped, _) => {
             tell(Reason::new(
                 "NmtState",
                 &format_args!("NMT state {state}, PDOs are not carried out: send NMT start (01h)"),

@@ -1,8 +1,8 @@
 //! What a device on CANopen calls what it says, for those who explain its frames: names of objects, of bits, of errors.
 
-use crate::can_bus::canopen::Address;
 use crate::can_bus::canopen::dictionary::{Entry, Object};
 use crate::can_bus::canopen::value::DataType::{I8, I32, U8, U16, U32};
+use crate::can_bus::canopen::{Address, ErrorNames};
 use crate::can_bus::cia402::{Controlword, Mode, Statusword, axis};
 use crate::devices::ag03::param;
 
@@ -22,23 +22,9 @@ pub struct Vocabulary {
     /// The names of the bits of an entry in the mode 6060h of its axis, bit 0 first, empty for a bit without one; `None` if it is no
     /// word of bits.
     pub bits: fn(Address, i64) -> Option<[&'static str; 16]>,
-    /// What an EMCY code means with the device's octets behind it.
-    pub emcy: fn(u16, [u8; 5]) -> Option<&'static str>,
-    /// The bits of the error register 1001h, bit 0 first.
-    pub register: [&'static str; 8],
+    /// What it calls its errors.
+    pub errors: ErrorNames,
 }
-
-/// The bits of 1001h in CiA 301.
-pub(crate) const REGISTER: [&str; 8] = [
-    "generic error",
-    "current",
-    "voltage",
-    "temperature",
-    "communication",
-    "device profile",
-    "reserved",
-    "manufacturer",
-];
 
 /// What CiA 301 and CiA 402 say of any device: the communication objects, the words of the state machine, and the PDOs 1, 3
 /// and 4 of a drive.
@@ -49,8 +35,7 @@ pub(crate) const CIA_402: Vocabulary = Vocabulary {
     parameter: |_| None,
     choice: cia_402_choice,
     bits: cia_402_bits,
-    emcy: |code, _| Some(cia_301_emcy(code)),
-    register: REGISTER,
+    errors: ErrorNames::CIA_301,
 };
 
 /// The bits of 6040h and 6041h as CiA 402 has them.
@@ -78,34 +63,6 @@ pub(crate) fn cia_402_choice(at: Address, number: i64) -> Option<&'static str> {
         Mode::CyclicPosition => Some("cyclic synchronous position"),
         Mode::CyclicVelocity => Some("cyclic synchronous velocity"),
         Mode::CyclicTorque => Some("cyclic synchronous torque"),
-    }
-}
-
-/// The class of an EMCY code in CiA 301.
-pub(crate) const fn cia_301_emcy(code: u16) -> &'static str {
-    match code {
-        0x0000..=0x00FF => "no error, or an error is gone",
-        0x0100..=0x10FF => "generic error",
-        0x1100..=0x1FFF => "reserved",
-        0x2000..=0x2FFF => "current",
-        0x3000..=0x3FFF => "voltage",
-        0x4000..=0x4FFF => "temperature",
-        0x5000..=0x5FFF => "hardware of the device",
-        0x6000..=0x6FFF => "software of the device",
-        0x7000..=0x7FFF => "additional modules",
-        0x8110 => "CAN overrun",
-        0x8120 => "CAN error passive",
-        0x8130 => "life guarding or heartbeat error",
-        0x8140 => "recovered from bus off",
-        0x8210 => "PDO not processed: too short",
-        0x8220 => "PDO too long",
-        0x8000..=0x81FF => "communication",
-        0x8200..=0x82FF => "protocol error",
-        0x8300..=0x8FFF => "monitoring",
-        0x9000..=0x9FFF => "external error",
-        0xA000..=0xEFFF => "reserved",
-        0xF000..=0xFEFF => "additional functions",
-        0xFF00.. => "of the device",
     }
 }
 
@@ -163,21 +120,6 @@ mod tests {
                     assert!(dictionary::entry(OBJECTS, at).is_ok(), "{at}");
                 }
             }
-        }
-    }
-
-    #[test]
-    fn every_code_has_a_class() {
-        for (code, class) in [
-            (0x0000, "no error, or an error is gone"),
-            (0x3210, "voltage"),
-            (0x8130, "life guarding or heartbeat error"),
-            (0x8150, "communication"),
-            (0x8210, "PDO not processed: too short"),
-            (0x8211, "protocol error"),
-            (0xFF01, "of the device"),
-        ] {
-            assert_eq!(cia_301_emcy(code), class);
         }
     }
 }

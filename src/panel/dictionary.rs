@@ -88,7 +88,7 @@ pub(super) fn history<'a>(
         let code = u16::from_le_bytes([code_low, code_high]);
         Some(Past {
             code: format!("{code:04X}h"),
-            text: (vocabulary.emcy)(code, [low, high, 0, 0, 0]).unwrap_or_default().into(),
+            text: (vocabulary.errors.emcy)(code, [low, high, 0, 0, 0]).unwrap_or_default().into(),
             when: Some(format!("{high:02X}{low:02X}h")),
         })
     })

@@ -113,7 +113,10 @@ fn e_04_a_device_that_reacts_to_life_guarding_itself() {
     rig.remote(0x705, 1);
     assert!(rig.pass(Duration::from_millis(100)).is_empty());
     assert_eq!(rig.node.state(), Some(Operational));
-    assert!(rig.events().contains(&Event::LifeGuardingExpired));
+    assert!(
+        rig.events()
+            .contains(&Event::LifeGuardingExpired { guard_time: Duration::from_millis(10), factor: 1 })
+    );
 }
 
 #[test]

@@ -151,3 +151,18 @@ fn other_names_are_seen_in_every_form() {
     let code = "pub struct A; pub(super) enum B {} enum C {} pub trait D {} macro_rules! m { () => { pub enum $name {} } }";
     assert_eq!(public_types(&tokens(code)).collect::<Vec<_>>(), ["A", "D"]);
 }
+
+/// Words that a technician did not understand at the first reading.
+const UNCLEAR: &[&str] =
+    &["spoil", "struck", "warning gone", "release is asked for", "no guarding request for the life time"];
+
+#[test]
+fn no_unclear_word_is_in_a_sentence() {
+    let mut found = Vec::new();
+    for file in modules().iter().flat_map(|module| files_of(module)) {
+        let text = fs::read_to_string(&file).unwrap().to_lowercase();
+        let words = UNCLEAR.iter().filter(|word| text.contains(**word));
+        found.extend(words.map(|word| format!("{}: {word}", file.display())));
+    }
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}

@@ -5,7 +5,8 @@ use core::time::Duration;
 use super::abort::Abort;
 use super::address::{Address, NodeId, Sub};
 use super::dictionary::Object;
-use super::emcy::Emergency;
+use super::emcy::{Emergency, ErrorNames};
+use super::event::AwaitsSync;
 use super::nmt::{NmtState, Reset};
 use super::pdo::PdoNumber;
 use super::refusal::Rule;
@@ -78,6 +79,11 @@ pub trait Application {
     fn unit(&self, at: Address) -> &'static str {
         let _ = at;
         ""
+    }
+
+    /// What it calls its errors, for people.
+    fn error_names(&self) -> &'static ErrorNames {
+        &ErrorNames::CIA_301
     }
 
     /// Something happened on the bus.
@@ -216,6 +222,8 @@ pub enum Notice {
     },
     /// SYNC in OPERATIONAL, after the synchronous RPDOs were taken and before the TPDOs are sampled.
     Sync,
+    /// A PDO waits for SYNC in OPERATIONAL, and none comes. [`Notice::Sync`] ends it.
+    SyncMissing(AwaitsSync),
     /// Every entry of an RPDO was written.
     RpdoTaken(PdoNumber),
     /// An entry of an RPDO was refused; the other entries were written all the same.

@@ -23,6 +23,10 @@ pub(crate) const SYNC: u16 = 0x080;
 pub(crate) const EMCY: u16 = 0x080;
 /// SDO answers, plus the node number.
 pub(crate) const SDO_SERVER: u16 = 0x580;
+/// The usual identifier of the first TPDO, plus the node number.
+pub(crate) const TPDO_1: u16 = 0x180;
+/// The usual identifier of the first RPDO, plus the node number.
+pub(crate) const RPDO_1: u16 = 0x200;
 /// SDO requests, plus the node number.
 pub(crate) const SDO_CLIENT: u16 = 0x600;
 /// Boot-up, heartbeat, guarding, plus the node number.

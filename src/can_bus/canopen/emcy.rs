@@ -40,3 +40,86 @@ pub(super) const ERROR_CONTROL: u16 = 0x8130;
 
 /// Bit 4 of the error register: communication.
 pub(crate) const COMMUNICATION: u8 = 1 << 4;
+
+/// What a device calls its errors.
+#[derive(Clone, Copy, Debug)]
+pub struct ErrorNames {
+    /// What an EMCY code means with the device's octets behind it; `None`: nothing is known.
+    pub emcy: fn(u16, [u8; 5]) -> Option<&'static str>,
+    /// The bits of the error register 1001h, bit 0 first.
+    pub register: [&'static str; 8],
+}
+
+impl ErrorNames {
+    /// Those of CiA 301, which every device has.
+    pub const CIA_301: Self = Self { emcy: |code, _| Some(class(code)), register: REGISTER };
+}
+
+/// Functions cannot be compared; devices differ in the names of bits, and an event in its code.
+impl PartialEq for ErrorNames {
+    fn eq(&self, other: &Self) -> bool {
+        self.register == other.register
+    }
+}
+
+impl Eq for ErrorNames {}
+
+/// The bits of 1001h in CiA 301.
+pub(crate) const REGISTER: [&str; 8] = [
+    "generic error",
+    "current",
+    "voltage",
+    "temperature",
+    "communication",
+    "device profile",
+    "reserved",
+    "manufacturer",
+];
+
+/// The class of an EMCY code in CiA 301.
+pub(crate) const fn class(code: u16) -> &'static str {
+    match code {
+        0x0000..=0x00FF => "no error, or an error is gone",
+        0x0100..=0x10FF => "generic error",
+        0x1100..=0x1FFF => "reserved",
+        0x2000..=0x2FFF => "current",
+        0x3000..=0x3FFF => "voltage",
+        0x4000..=0x4FFF => "temperature",
+        0x5000..=0x5FFF => "hardware of the device",
+        0x6000..=0x6FFF => "software of the device",
+        0x7000..=0x7FFF => "additional modules",
+        0x8110 => "CAN overrun",
+        0x8120 => "CAN error passive",
+        0x8130 => "life guarding or heartbeat error",
+        0x8140 => "recovered from bus off",
+        0x8210 => "PDO not processed: too short",
+        0x8220 => "PDO too long",
+        0x8000..=0x81FF => "communication",
+        0x8200..=0x82FF => "protocol error",
+        0x8300..=0x8FFF => "monitoring",
+        0x9000..=0x9FFF => "external error",
+        0xA000..=0xEFFF => "reserved",
+        0xF000..=0xFEFF => "additional functions",
+        0xFF00.. => "of the device",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_code_has_a_class() {
+        for (code, name) in [
+            (0x0000, "no error, or an error is gone"),
+            (0x3210, "voltage"),
+            (0x8130, "life guarding or heartbeat error"),
+            (0x8150, "communication"),
+            (0x8210, "PDO not processed: too short"),
+            (0x8211, "protocol error"),
+            (0xFF01, "of the device"),
+        ] {
+            assert_eq!(class(code), name);
+        }
+    }
+}

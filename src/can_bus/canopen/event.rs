@@ -4,7 +4,9 @@ use core::fmt;
 use core::time::Duration;
 
 use super::abort::Abort;
-use super::address::{Address, NodeId};
+use super::address::{Address, Index, NodeId};
+use super::application::NmtCause;
+use super::emcy::ErrorNames;
 use super::nmt::{NmtState, Reset};
 use super::pdo::PdoNumber;
 use super::refusal::{Change, Octets, Refusal};
@@ -26,6 +28,8 @@ pub enum Event {
         from: NmtState,
         /// The state now.
         to: NmtState,
+        /// Who wanted it.
+        cause: NmtCause,
     },
     /// A command of the NMT master for this node was not followed.
     NmtIgnored {
@@ -69,9 +73,18 @@ pub enum Event {
         code: u16,
         /// The error register with it.
         register: u8,
+        /// What the device adds.
+        octets: [u8; 5],
+        /// What the device calls it.
+        names: &'static ErrorNames,
     },
-    /// The master did not guard the node for the life time.
-    LifeGuardingExpired,
+    /// The master did not guard the node for the life time, which is the product of both.
+    LifeGuardingExpired {
+        /// 100Ch.
+        guard_time: Duration,
+        /// 100Dh.
+        factor: u8,
+    },
     /// The master guards the node again.
     LifeGuardingBack,
     /// A node under heartbeat supervision was silent.
@@ -125,10 +138,21 @@ pub enum NoEffect {
         /// The PDO.
         pdo: PdoNumber,
     },
-    /// A synchronous RPDO whose values wait for a SYNC that does not come.
-    RpdoWaits {
+    /// An RPDO with more octets than its mapping needs: the others count for nothing.
+    RpdoLong {
         /// The PDO.
         pdo: PdoNumber,
+        /// Octets its mapping needs.
+        expected: u8,
+        /// Octets received.
+        got: u8,
+    },
+    /// A PDO that waits for a SYNC that does not come.
+    SyncMissing {
+        /// The PDO.
+        pdo: AwaitsSync,
+        /// The identifier of SYNC (1005h).
+        sync: u32,
     },
     /// A frame with the usual identifier of an RPDO, which is off or has another one.
     RpdoOff {
@@ -140,6 +164,11 @@ pub enum NoEffect {
         /// The PDO.
         pdo: PdoNumber,
     },
+    /// A remote request with the usual identifier of a TPDO, which is off or has another one.
+    TpdoOff {
+        /// The PDO.
+        pdo: PdoNumber,
+    },
     /// A guarding request of a node that answers none now.
     Guarding {
         /// It produces heartbeats; if not, a time of guarding is 0.
@@ -147,21 +176,67 @@ pub enum NoEffect {
     },
 }
 
-impl NoEffect {
-    /// One bit for each kind.
-    pub(super) const fn mask(self) -> u16 {
-        1 << match self {
-            Self::SdoStopped => 0,
-            Self::SdoLength { .. } => 1,
-            Self::NmtLength { .. } => 2,
-            Self::RpdoState { .. } => 3,
-            Self::RpdoLate { .. } => 4,
-            Self::RpdoWaits { .. } => 5,
-            Self::RpdoEmpty { .. } => 6,
-            Self::RpdoOff { .. } => 7,
-            Self::TpdoRequest { .. } => 8,
-            Self::Guarding { .. } => 9,
+/// A PDO that waits for SYNC. `Display`: what does not happen because of that.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum AwaitsSync {
+    /// What came in an RPDO is not taken.
+    Rpdo(PdoNumber),
+    /// A TPDO is not sent.
+    Tpdo(PdoNumber),
+}
+
+impl AwaitsSync {
+    /// What helps.
+    pub(crate) const fn cure(self) -> SyncCure {
+        SyncCure(match self {
+            Self::Rpdo(pdo) => pdo.object(0x1400),
+            Self::Tpdo(pdo) => pdo.object(0x1800),
+        })
+    }
+}
+
+/// What helps a PDO that waits for SYNC, with its communication object.
+pub(crate) struct SyncCure(Index);
+
+impl fmt::Display for SyncCure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "send SYNC, or set the transmission type of the PDO to 255 ({}:02)", self.0)
+    }
+}
+
+impl fmt::Display for AwaitsSync {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Rpdo(pdo) => write!(f, "RPDO{pdo} is not taken: it waits for SYNC"),
+            Self::Tpdo(pdo) => write!(f, "TPDO{pdo} is not sent: it waits for SYNC"),
         }
+    }
+}
+
+impl NoEffect {
+    /// One bit for each kind, and for each of the first four PDOs; the others share that of the fourth.
+    pub(super) const fn mask(self) -> u64 {
+        let (kind, pdo) = match self {
+            Self::SdoStopped => (0, PdoNumber::P1),
+            Self::SdoLength { .. } => (1, PdoNumber::P1),
+            Self::NmtLength { .. } => (2, PdoNumber::P1),
+            Self::Guarding { .. } => (3, PdoNumber::P1),
+            Self::RpdoState { pdo, .. } => (4, pdo),
+            Self::RpdoLate { pdo } => (5, pdo),
+            Self::RpdoEmpty { pdo } => (6, pdo),
+            Self::RpdoOff { pdo } => (7, pdo),
+            Self::RpdoLong { pdo, .. } => (8, pdo),
+            Self::TpdoRequest { pdo } => (9, pdo),
+            Self::TpdoOff { pdo } => (10, pdo),
+            Self::SyncMissing { pdo: AwaitsSync::Rpdo(pdo), .. } => (11, pdo),
+            Self::SyncMissing { pdo: AwaitsSync::Tpdo(pdo), .. } => (12, pdo),
+        };
+        let place = match pdo.number() {
+            number @ 0..=3 => number.saturating_sub(1),
+            4.. => 3,
+        };
+        1 << (kind * 4 + place)
     }
 }
 
@@ -195,6 +270,12 @@ impl fmt::Display for NoEffect {
                 pdo.object(0x1800),
                 pdo.object(0x1800)
             ),
+            Self::TpdoOff { pdo } => write!(
+                f,
+                "remote request of TPDO{pdo} ignored: it is off or has another identifier; write its COB-ID ({}:01), or ask the \
+                 one that it has",
+                pdo.object(0x1800)
+            ),
             Self::Guarding { heartbeat: true } => f.write_str(
                 "guarding request ignored: the node produces heartbeats (1017h is not 0); take those, or write 1017h = 0",
             ),
@@ -204,12 +285,15 @@ impl fmt::Display for NoEffect {
             Self::RpdoLate { pdo } => {
                 write!(f, "RPDO{pdo} ignored: it came after the window behind SYNC (1007h); send it earlier")
             }
-            Self::RpdoWaits { pdo } => write!(
+            Self::RpdoLong { pdo, expected, got } => write!(
                 f,
-                "RPDO{pdo} waits for SYNC (1005h), and none comes; send SYNC, or set the transmission type of the PDO to 255 \
-                 ({}:02)",
-                pdo.object(0x1400)
+                "hint: RPDO{pdo} has {}, its mapping needs {expected} ({}): the others have no effect; map what they are for",
+                Octets(usize::from(*got)),
+                pdo.object(0x1600)
             ),
+            Self::SyncMissing { pdo, sync } => {
+                write!(f, "{pdo}, and none comes with the identifier {sync:03X}h (1005h); {}", pdo.cure())
+            }
         }
     }
 }
@@ -225,7 +309,16 @@ impl fmt::Display for Event {
                 };
                 write!(f, "boot-up as node {node} after {why}")
             }
-            Self::State { from, to } => write!(f, "NMT state {from} -> {to}"),
+            Self::State { from, to, cause } => {
+                write!(f, "NMT state {from} -> {to}")?;
+                match cause {
+                    NmtCause::Start | NmtCause::Master => Ok(()),
+                    NmtCause::Application => f.write_str(": the device wants it"),
+                    NmtCause::ErrorBehaviour => f.write_str(
+                        ": its reaction to a communication error (1029h:01); remove the error, then send NMT 01h (start)",
+                    ),
+                }
+            }
             Self::NmtIgnored { command, off: true } => {
                 write!(
                     f,
@@ -242,15 +335,33 @@ impl fmt::Display for Event {
             Self::SdoAbortedByClient { at, code } => write!(f, "client aborted the SDO for {at}: {code}"),
             Self::Written(change) => change.fmt(f),
             Self::RpdoLength { pdo, expected, got } => {
-                write!(f, "RPDO{pdo} has {got} octets, its mapping needs {expected}")
+                write!(
+                    f,
+                    "RPDO{pdo} ignored: it has {}, expected {expected} by its mapping ({}); send {}, or map fewer objects",
+                    Octets(usize::from(*got)),
+                    pdo.object(0x1600),
+                    Octets(usize::from(*expected))
+                )
             }
             Self::RpdoRefused { pdo, refusal } => write!(f, "RPDO{pdo}: {refusal}"),
-            Self::Emergency { code, register } => {
-                write!(f, "EMCY {code:04X}h sent, error register {register:02X}h")
+            Self::Emergency { code, register, octets, names } => {
+                write!(f, "EMCY {code:04X}h sent")?;
+                if let Some(name) = (names.emcy)(*code, *octets) {
+                    write!(f, ", {name}")?;
+                }
+                write!(f, "; error register {register:02X}h")?;
+                let mut bits = names.register.iter().enumerate();
+                bits.try_for_each(|(bit, name)| match register >> bit & 1 {
+                    1 => write!(f, ", {name}"),
+                    _ => Ok(()),
+                })
             }
-            Self::LifeGuardingExpired => {
-                f.write_str("node guarding lost: no guarding request within the life time (100Ch x 100Dh)")
-            }
+            Self::LifeGuardingExpired { guard_time, factor } => write!(
+                f,
+                "node guarding lost: no guarding request came within {:?} (guard time 100Ch: {guard_time:?}, life time factor \
+                 100Dh: {factor}); let the master send one each {guard_time:?}, or write 100Ch = 0",
+                guard_time.saturating_mul(u32::from(*factor))
+            ),
             Self::LifeGuardingBack => f.write_str("guarding requests come again"),
             Self::HeartbeatLost { node, time, sub } => write!(
                 f,

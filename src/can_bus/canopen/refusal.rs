@@ -84,6 +84,12 @@ pub enum Rule {
     AtMost(i64, Address),
     /// Only in the first NMT state; the node is in the second.
     State(NmtState, NmtState),
+    /// The PDO is on; this is its COB-ID.
+    PdoOn(Address),
+    /// There is no such object, but this one, whose index has the two octets the other way round.
+    Exchanged(Address),
+    /// A segment comes without a transfer.
+    NoTransfer,
     /// What else is in the way, as the end of "1 was written, but".
     But(&'static str),
 }
@@ -93,7 +99,12 @@ impl Rule {
     const fn counts(self) -> bool {
         match self {
             Self::Limits(_) | Self::AtLeast(..) | Self::AtMost(..) => true,
-            Self::Length(..) | Self::State(..) | Self::But(_) => false,
+            Self::Length(..)
+            | Self::State(..)
+            | Self::PdoOn(_)
+            | Self::Exchanged(_)
+            | Self::NoTransfer
+            | Self::But(_) => false,
         }
     }
 }
@@ -158,6 +169,13 @@ impl Refusal {
     ) -> Self {
         let written = Attempt { octets: [0; KEPT], len, kept: 0, unit: "" };
         Self { at, code: broken.code, entry, written: Some(written), rule: broken.rule }
+    }
+
+    /// With the rule that it broke.
+    #[must_use]
+    pub(super) const fn with(mut self, rule: Rule) -> Self {
+        self.rule = Some(rule);
+        self
     }
 
     /// Why, without the entry: the abort code, what was expected and what came, what to do.
@@ -229,9 +247,33 @@ impl fmt::Display for Reason<'_> {
                 Some(Rule::State(expected, state)) => {
                     write!(f, "got {got}, but it is taken in {expected} only and the node is in {state}")
                 }
+                Some(Rule::PdoOn(_)) => write!(f, "got {got}, but the PDO is on"),
                 Some(Rule::But(but)) => write!(f, "got {got}, but {but}"),
-                None => write!(f, "got {got}"),
+                Some(Rule::Exchanged(_) | Rule::NoTransfer) | None => write!(f, "got {got}"),
             }?;
+        }
+        match rule {
+            Some(Rule::PdoOn(cob_id)) => return write!(f, ": write {cob_id} with bit 31 = 1 first"),
+            Some(Rule::NoTransfer) => {
+                return f.write_str(
+                    ": no transfer is under way; begin one with an upload (40h) or a download request (20h to 2Fh)",
+                );
+            }
+            Some(Rule::Exchanged(meant)) => {
+                return write!(
+                    f,
+                    ": the octets of the index seem to be exchanged: {meant} is there; send the low octet first"
+                );
+            }
+            Some(
+                Rule::Length(..)
+                | Rule::Limits(_)
+                | Rule::AtLeast(..)
+                | Rule::AtMost(..)
+                | Rule::State(..)
+                | Rule::But(_),
+            )
+            | None => {}
         }
         code.cure().map_or(Ok(()), |cure| write!(f, ": {cure}"))
     }

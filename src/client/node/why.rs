@@ -34,7 +34,7 @@ impl Why for NodeSigns {
         let enabled = state == State::OperationEnabled;
         let halt = control.is_some_and(|word| word.has(Controlword::HALT));
         if let Some(nmt) = nmt {
-            reasons::of_node(nmt, tell);
+            reasons::of_node(nmt, None, tell);
         }
         let mut tell_if = |holds: bool, reason: Reason<'_>| {
             if holds {

@@ -203,18 +203,18 @@ fn open(args: &Emulate, link: &LinkSpec, rate: BitRate) -> Result<Line<CanopenEv
 }
 
 /// Who is on the bus, and what they are called in the log.
-struct Nodes {
+pub(super) struct Nodes {
     on_bus: Vec<(Seated, NodeId)>,
     watch: NodeWatch,
     /// When a line of noise was logged last, and how many more came since.
     last_noise: Option<Instant>,
     unsaid: u64,
-    moving: Moving,
+    pub(super) moving: Moving,
 }
 
 impl Nodes {
     /// None yet, on the bus behind `link`.
-    fn of(link: &LinkSpec) -> Self {
+    pub(super) fn of(link: &LinkSpec) -> Self {
         let watch = match link {
             LinkSpec::Terminal(_) | LinkSpec::Socket(_) => NodeWatch::outside(),
             LinkSpec::Pty(_) | LinkSpec::Tcp(_) => NodeWatch::inside(),
@@ -348,7 +348,7 @@ impl Nodes {
         }
     }
 
-    fn say_of_node(&mut self, now: Instant, seat: Seat, event: &CanopenEvent) {
+    pub(super) fn say_of_node(&mut self, now: Instant, seat: Seat, event: &CanopenEvent) {
         if let CanopenEvent::Node(Event::BootUp { node, .. }) = event
             && let Some((_, id)) = self.on_bus.iter_mut().find(|(seated, _)| seated.seat == seat)
         {
@@ -358,7 +358,7 @@ impl Nodes {
         let is_warning = matches!(
             event,
             CanopenEvent::Node(
-                Event::FramesLost { .. } | Event::LifeGuardingExpired | Event::HeartbeatLost { .. }
+                Event::FramesLost { .. } | Event::LifeGuardingExpired { .. } | Event::HeartbeatLost { .. }
             )
         );
         let is_motion = event.kind() == EventKind::Drive;

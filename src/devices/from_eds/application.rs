@@ -101,6 +101,7 @@ impl Application for FromEds {
             | Notice::LifeGuardingBack
             | Notice::HeartbeatLost(_)
             | Notice::HeartbeatBack(_)
+            | Notice::SyncMissing(_)
             | Notice::HistoryCleared
             | Notice::NotStored => {}
         }

@@ -7,7 +7,7 @@ use super::{Behaviour, FromEds};
 use crate::can_bus::canopen::dictionary::Entry;
 use crate::can_bus::canopen::value::DataType;
 use crate::can_bus::canopen::{
-    Abort, Address, Emergency, NmtCause, NmtState, Notice, Request, Reset, Source, Value,
+    Abort, Address, AwaitsSync, Emergency, NmtCause, NmtState, Notice, Request, Reset, Source, Value,
 };
 use crate::can_bus::cia402::axis::{self, MAX_AXES, index};
 use crate::devices::cia402_drive::{Actual, Drive, Event, Fault, Setting};
@@ -98,6 +98,8 @@ pub(super) struct Driven {
     pub(super) axes: Vec<Axis>,
     /// `None`: it is switched off.
     pub(super) nmt: Option<NmtState>,
+    /// A PDO that waits for SYNC in vain.
+    pub(super) awaits: Option<AwaitsSync>,
     /// The node itself tells of the master that is lost.
     node_tells: bool,
     requests: VecDeque<Request>,
@@ -160,6 +162,7 @@ impl Driven {
         Self {
             axes: axes.map(|(number, _)| Axis::of(dictionary.eds, number)).collect(),
             nmt: None,
+            awaits: None,
             node_tells: false,
             requests: VecDeque::new(),
         }
@@ -264,7 +267,9 @@ impl FromEds {
                     matches!(notice, Notice::LifeGuardingExpired(_) | Notice::HeartbeatLost(_));
                 driven.axes.iter_mut().for_each(|axis| axis.drive.connection_aborted());
             }
+            Notice::SyncMissing(pdo) => driven.awaits = Some(pdo),
             Notice::Sync => {
+                driven.awaits = None;
                 driven.advance(now);
                 driven.axes.iter_mut().for_each(|axis| axis.drive.sync(now));
             }
@@ -278,7 +283,7 @@ impl FromEds {
             | Notice::NotStored => {}
         }
         if let (Notice::Nmt { to, .. }, Some(driven)) = (notice, self.driven_mut()) {
-            driven.nmt = Some(to);
+            (driven.nmt, driven.awaits) = (Some(to), None);
         }
     }
 

@@ -236,6 +236,7 @@ impl FromEds {
             | Notice::RpdoLength { .. }
             | Notice::LifeGuardingBack
             | Notice::HeartbeatBack(_)
+            | Notice::SyncMissing(_)
             | Notice::HistoryCleared
             | Notice::NotStored => {}
         }

@@ -28,7 +28,7 @@ impl Why for Driven {
 
     fn each_reason(&self, tell: &mut dyn FnMut(Reason<'_>)) {
         let Some(nmt) = self.nmt else { return tell(reasons::SWITCHED_OFF) };
-        reasons::of_node(nmt, tell);
+        reasons::of_node(nmt, self.awaits, tell);
         for axis in &self.axes {
             axis.each_reason(&mut |Reason { name, text }| {
                 tell(Reason::new(name, &OfAxis(axis.number(), text)));

@@ -37,7 +37,16 @@ impl<F> News<F> {
         (was, state): (State, State),
         supplied: bool,
     ) -> Option<Self> {
+        if word != before && exchanged(word) {
+            return Some(Self::NoEffect { word, state, supplied });
+        }
+        // Neither of them enables anything; with bits that do, something else was meant.
+        let lets_go = |state| {
+            matches!(state, State::SwitchOnDisabled | State::ReadyToSwitchOn | State::SwitchedOn)
+                && word.0 & 0b1001 != 0
+        };
         let wanted = match word.command(before) {
+            Command::DisableVoltage | Command::QuickStop if lets_go(state) => 3,
             Command::Shutdown => 1,
             Command::SwitchOn => 2,
             Command::EnableOperation => 3,
@@ -73,6 +82,12 @@ impl<F: fmt::Display> fmt::Display for News<F> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::State { from, to } => write!(f, "drive state '{from}' -> '{to}'"),
+            Self::NoEffect { word, .. } if exchanged(*word) => write!(
+                f,
+                "the octets of 6040h = {:04X}h seem to be exchanged: {:04X}h was meant; send the low octet first",
+                word.0,
+                word.0.swap_bytes()
+            ),
             Self::NoEffect { word, state: State::SwitchedOn, supplied: false } => write!(
                 f,
                 "6040h = {:04X}h has no effect in '{}': the main circuit is not supplied; switch its supply on",
@@ -80,7 +95,13 @@ impl<F: fmt::Display> fmt::Display for News<F> {
                 State::SwitchedOn
             ),
             Self::NoEffect { word, state, .. } => {
-                write!(f, "6040h = {:04X}h has no effect in '{state}': {}", word.0, state.to_enable())
+                write!(f, "6040h = {:04X}h has no effect in '{state}': ", word.0)?;
+                match word.0 & 0b110 {
+                    0b110 => Ok(()),
+                    0b010 => f.write_str("its bit 2 is 0 (quick stop), "),
+                    _ => f.write_str("its bit 1 is 0 (disable voltage), "),
+                }?;
+                f.write_str(state.to_enable())
             }
             Self::NotTaken { word, target } => {
                 let without = word.0 & !Controlword::NEW_SET_POINT.0;
@@ -98,9 +119,14 @@ impl<F: fmt::Display> fmt::Display for News<F> {
             Self::Raised { what, is_fault } => {
                 write!(f, "{}: {what}", if *is_fault { "fault" } else { "warning" })
             }
-            Self::Cleared => f.write_str("fault or warning gone"),
+            Self::Cleared => f.write_str("no fault and no warning is left"),
         }
     }
+}
+
+/// Whether a word has nothing in its low octet, and the command of one that enables in the high one: nobody means that.
+const fn exchanged(word: Controlword) -> bool {
+    word.0 & 0xFF == 0 && word.0.swap_bytes() & 0b110 == 0b110
 }
 
 /// News until they are taken.

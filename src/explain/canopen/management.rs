@@ -118,7 +118,7 @@ pub(super) fn emcy(node: &Learned, number: u8, frame: &Frame) -> Said {
     let meaning = emcy_in_words(node, code, [a, b, c, d, e]);
     let set = register(node, bits);
     let mark = if code == 0 { Mark::Plain } else { Mark::Trouble };
-    let names = node.words().register;
+    let names = node.words().errors.register;
     let parts = (0..8_u8)
         .zip(names)
         .rev()

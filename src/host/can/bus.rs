@@ -61,7 +61,7 @@ pub struct Seat(usize);
 
 impl Seat {
     /// The seat that nobody has.
-    pub(super) const NOBODY: Self = Self(usize::MAX);
+    pub(crate) const NOBODY: Self = Self(usize::MAX);
 }
 
 /// A bus, and the stations at it. `E` is the news of its participants.

@@ -31,6 +31,22 @@ pub enum BusHint {
         /// The node whose it is with 11 bits.
         node: NodeId,
     },
+    /// An NMT command whose two octets are exchanged.
+    NmtExchanged {
+        /// For which node.
+        node: NodeId,
+        /// The command.
+        command: u8,
+    },
+    /// A master sends with an identifier of a node of ours.
+    OfNode {
+        /// The identifier.
+        id: u16,
+        /// The node.
+        node: NodeId,
+        /// What a master has for that node instead.
+        instead: u16,
+    },
 }
 
 /// What a master wants of a node.
@@ -61,6 +77,8 @@ pub struct NodeWatch {
     /// How many of them since when.
     told: (u8, Instant),
     wide_said: Option<Instant>,
+    exchanged_said: Option<Instant>,
+    of_node_said: Option<Instant>,
 }
 
 impl Numbers {
@@ -103,12 +121,21 @@ impl NodeWatch {
 
     const fn new(patience: u8) -> Self {
         let none = Numbers(0);
-        Self { patience, heard: none, asked: [0; 128], said: none, told: (0, Instant::ZERO), wide_said: None }
+        Self {
+            patience,
+            heard: none,
+            asked: [0; 128],
+            said: none,
+            told: (0, Instant::ZERO),
+            wide_said: None,
+            exchanged_said: None,
+            of_node_said: None,
+        }
     }
 
     /// A frame that nodes do not send themselves ([`Event::Passed`](super::Event::Passed) by a port). `there`: the nodes of
     /// ours. A hint for a number comes once until a node with that number is there.
-    pub fn heard(&mut self, now: Instant, frame: &Frame, there: impl FnOnce() -> Numbers) -> Option<BusHint> {
+    pub fn heard(&mut self, now: Instant, frame: &Frame, there: impl Fn() -> Numbers) -> Option<BusHint> {
         let id = match frame.id() {
             Id::Base(id) => id,
             Id::Extended(_) => return self.wide(now, frame.id().number(), there),
@@ -122,8 +149,20 @@ impl NodeWatch {
         match (service, node) {
             (cob_id::SDO_CLIENT, Some(node)) => self.asked(now, NodeRequest::Sdo, node, there),
             (cob_id::NMT, None) => {
-                let &[_, node] = frame.octets() else { return None };
+                let &[command, node] = frame.octets() else { return None };
+                if let Some(hint) = exchanged([command, node], &there) {
+                    return is_due(&mut self.exchanged_said, now).then_some(hint);
+                }
                 self.asked(now, NodeRequest::Nmt, NodeId::new(node).ok()?, there)
+            }
+            (cob_id::SDO_SERVER | cob_id::TPDO_1, Some(node)) if there().contains(node) => {
+                let instead = if service == cob_id::SDO_SERVER { cob_id::SDO_CLIENT } else { cob_id::RPDO_1 };
+                let instead = instead + u16::from(node.number());
+                is_due(&mut self.of_node_said, now).then_some(BusHint::OfNode {
+                    id: id.number(),
+                    node,
+                    instead,
+                })
             }
             (cob_id::SDO_SERVER | cob_id::ERROR_CONTROL | cob_id::EMCY, Some(node)) => {
                 self.heard.put(node, true);
@@ -140,11 +179,7 @@ impl NodeWatch {
         let short = u16::try_from(id).ok().filter(|id| *id <= 0x7FF)?;
         let [low, _] = short.to_le_bytes();
         let node = NodeId::new(low & 0x7F).ok().filter(|node| there().contains(*node))?;
-        let due = self.wide_said.is_none_or(|said| now.saturating_since(said) >= PAUSE);
-        if due {
-            self.wide_said = Some(now);
-        }
-        due.then_some(BusHint::Wide { id, node })
+        is_due(&mut self.wide_said, now).then_some(BusHint::Wide { id, node })
     }
 
     fn asked(
@@ -192,10 +227,42 @@ impl NodeWatch {
     }
 }
 
+/// A command that is none, for a number that is one, where the command is a node of ours.
+fn exchanged([command, node]: [u8; 2], there: &impl Fn() -> Numbers) -> Option<BusHint> {
+    let is_command = |octet| matches!(octet, 0x01 | 0x02 | 0x80..=0x82);
+    let meant = NodeId::new(command).ok().filter(|_| is_command(node) && !is_command(command))?;
+    there().contains(meant).then_some(BusHint::NmtExchanged { node: meant, command: node })
+}
+
+/// Whether a hint that was said at `said` is to be said again; it counts as said then.
+fn is_due(said: &mut Option<Instant>, now: Instant) -> bool {
+    let due = said.is_none_or(|said| now.saturating_since(said) >= PAUSE);
+    if due {
+        *said = Some(now);
+    }
+    due
+}
+
 impl fmt::Display for BusHint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (request, asked, there) = match self {
             Self::NobodyThere { request, asked, there } => (request, asked, there),
+            Self::NmtExchanged { node, command } => {
+                return write!(
+                    f,
+                    "hint: the octets of the NMT command {:02X} {command:02X} seem to be exchanged: {command:02X} {:02X} was \
+                     meant, command and node {node}",
+                    node.number(),
+                    node.number()
+                );
+            }
+            Self::OfNode { id, node, instead } => {
+                return write!(
+                    f,
+                    "hint: a master sends a frame with {id:03X}h, which is the identifier of a frame of node {node} itself; \
+                     send {instead:03X}h"
+                );
+            }
             Self::Wide { id, node } => {
                 return write!(
                     f,

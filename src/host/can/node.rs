@@ -125,6 +125,12 @@ impl StoredNode {
         self.injector.as_ref().map_or(0, |injector| injector.injected(number))
     }
 
+    /// Tells everything again.
+    #[cfg(test)]
+    pub(crate) fn forget_told(&mut self) {
+        self.repeats = Told::default();
+    }
+
     /// What keeps its drive from moving now; `None`: it has no drive.
     pub fn why(&self) -> Option<&dyn Why> {
         self.stored.unit().device.description().why()

@@ -101,7 +101,9 @@ impl NodeCounters {
         match event {
             Event::RpdoLength { .. } => count(&mut self.rpdo_length),
             Event::RpdoRefused { .. } => count(&mut self.rpdo_refused),
-            Event::LifeGuardingExpired | Event::HeartbeatLost { .. } => count(&mut self.watchdog_expiries),
+            Event::LifeGuardingExpired { .. } | Event::HeartbeatLost { .. } => {
+                count(&mut self.watchdog_expiries)
+            }
             Event::FramesLost { .. } => count(&mut self.frames_lost),
             Event::BootUp { .. }
             | Event::State { .. }

@@ -35,6 +35,21 @@ fn hints_of_a_bus() {
                 "NMT reset of node 9 on a bus without nodes",
                 said(NodeWatch::outside(), 0, &[0x81, 9], &[]),
             ),
+            row(
+                "NB-05",
+                "an NMT command with its octets exchanged",
+                said(NodeWatch::inside(), 0, &[5, 0x01], &[5]),
+            ),
+            row(
+                "NB-06",
+                "a master sends with the identifier of the SDO answers",
+                said(NodeWatch::inside(), 0x585, &[0x40, 0, 0x10, 0, 0, 0, 0, 0], &[5]),
+            ),
+            row(
+                "NB-07",
+                "process data with the identifier of TPDO1",
+                said(NodeWatch::inside(), 0x185, &[6, 0], &[5]),
+            ),
             row("NB-04", "an SDO request to node 5 as a frame with an identifier of 29 bits", || {
                 let wide =
                     Frame::data(Id::extended(0x605).unwrap(), &[0x40, 0, 0x10, 0, 0, 0, 0, 0]).unwrap();

@@ -208,10 +208,49 @@ fn the_node() {
                     (0..9).for_each(|_| rig.travel(0x001F, 200_000));
                 }),
             ),
+            row("N-31", "an RPDO that is too short", after(|rig| _ = rig.data(0x405, &[6, 0]))),
             row(
-                "N-31",
-                "a frame for an RPDO that is off",
-                after(|rig| (0..9).for_each(|_| _ = rig.data(0x405, &[6, 0]))),
+                "N-32",
+                "TPDO1 waits for SYNC, and none comes",
+                after(|rig| {
+                    rig.nmt(0x80);
+                    _ = rig.write(0x1800, 2, 1, 1);
+                    rig.nmt(0x01);
+                    rig.events();
+                    rig.pass(Duration::from_secs(5));
+                }),
+            ),
+            row("N-33", "a control word with its octets exchanged", after(|rig| _ = rig.word(0x0600))),
+            row(
+                "N-34",
+                "control word 000Bh in SWITCH ON DISABLED",
+                after(|rig| {
+                    rig.word(0);
+                    rig.events();
+                    rig.word(0x000B);
+                }),
+            ),
+            row("N-35", "SDO: the octets of the index exchanged", after(|rig| _ = rig.read(0x4160, 0))),
+            row(
+                "N-36",
+                "SDO: a segment without a transfer",
+                after(|rig| _ = rig.sdo_answers([0x60, 0, 0, 0, 0, 0, 0, 0])),
+            ),
+            row(
+                "N-37",
+                "an RPDO with more octets than are mapped",
+                after(|rig| (0..9).for_each(|_| _ = rig.data(0x205, &[0xF, 0, 0]))),
+            ),
+            row(
+                "N-38",
+                "node guarding stops",
+                after(|rig| {
+                    _ = rig.write(0x100C, 0, 100, 2);
+                    _ = rig.write(0x100D, 0, 3, 1);
+                    rig.remote(0x705, 1);
+                    rig.events();
+                    rig.pass(Duration::from_secs(1));
+                }),
             ),
         ],
     );

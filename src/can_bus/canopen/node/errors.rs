@@ -6,6 +6,7 @@ use heapless::Deque;
 
 use super::{Node, Service};
 use crate::can_bus::can::Frame;
+use crate::can_bus::canopen::application::Application;
 use crate::can_bus::canopen::cob_id::CobId;
 use crate::can_bus::canopen::emcy::{COMMUNICATION, Emergency};
 use crate::can_bus::canopen::event::Event;
@@ -119,38 +120,38 @@ impl Errors {
 
 impl Node {
     /// An event of the device, or its end.
-    pub(super) fn emergency(&mut self, now: Instant, emergency: Emergency) {
+    pub(super) fn emergency(&mut self, now: Instant, emergency: Emergency, app: &dyn Application) {
         self.errors.device = emergency.register;
         if emergency.in_history && emergency.code != 0 {
             self.record(u32::from(emergency.information) << 16 | u32::from(emergency.code));
         }
-        self.say(now, emergency.code, emergency.octets);
+        self.say(now, emergency.code, emergency.octets, app);
     }
 
     /// A communication error begins. One that lasts is said once.
-    pub(super) fn error_begins(&mut self, now: Instant, cause: Cause, code: u16) {
+    pub(super) fn error_begins(&mut self, now: Instant, cause: Cause, code: u16, app: &dyn Application) {
         if self.errors.causes & cause.bit() == 0 {
             self.errors.causes |= cause.bit();
             self.record(code.into());
-            self.say(now, code, [0; 5]);
+            self.say(now, code, [0; 5], app);
         }
     }
 
     /// A communication error ends; with the last error the code 0000h is sent.
-    pub(super) fn error_ends(&mut self, now: Instant, cause: Cause) {
+    pub(super) fn error_ends(&mut self, now: Instant, cause: Cause, app: &dyn Application) {
         if self.errors.causes & cause.bit() != 0 {
             self.errors.causes &= !cause.bit();
             if self.errors.register() == 0 {
-                self.say(now, 0, [0; 5]);
+                self.say(now, 0, [0; 5], app);
             }
         }
     }
 
     /// Messages whose inhibit time is over.
-    pub(super) fn emcy_timeout(&mut self, now: Instant) {
+    pub(super) fn emcy_timeout(&mut self, now: Instant, app: &dyn Application) {
         while self.errors.due().is_some_and(|due| due <= now) {
             let Some(message) = self.errors.waiting.pop_front() else { return };
-            self.send_emcy(now, message);
+            self.send_emcy(now, message, app);
         }
     }
 
@@ -186,19 +187,20 @@ impl Node {
     }
 
     /// Events of states without EMCY are not sent later (`canopen-link.md` 7).
-    fn say(&mut self, now: Instant, code: u16, octets: [u8; 5]) {
+    fn say(&mut self, now: Instant, code: u16, octets: [u8; 5], app: &dyn Application) {
         if !self.state.is_some_and(NmtState::serves_sdo) {
             return;
         }
         let message = Message { code, register: self.errors.register(), octets };
         if self.errors.waiting.is_empty() && self.errors.inhibited_until <= now {
-            self.send_emcy(now, message);
+            self.send_emcy(now, message, app);
         } else {
             let _ = self.errors.waiting.push_back(message);
         }
     }
 
-    fn send_emcy(&mut self, now: Instant, Message { code, register, octets }: Message) {
+    fn send_emcy(&mut self, now: Instant, message: Message, app: &dyn Application) {
+        let Message { code, register, octets } = message;
         let inhibit = Duration::from_micros(u64::from(self.values.emcy_inhibit) * 100);
         self.errors.inhibited_until = now.saturating_add(inhibit);
         if let Some(id) = CobId(self.values.emcy_id).active() {
@@ -206,7 +208,7 @@ impl Node {
                 if self.policy.emcy_high_octet_first { code.to_be_bytes() } else { code.to_le_bytes() };
             let [a, b, c, d, e] = octets;
             self.send(Frame::with(id, [first, second, register, a, b, c, d, e]));
-            self.tell(Event::Emergency { code, register });
+            self.tell(Event::Emergency { code, register, octets, names: app.error_names() });
         }
     }
 }

@@ -62,7 +62,7 @@ impl Node {
         match was {
             Watch::Off | Watch::Until(_) => {}
             Watch::Expired => {
-                self.error_ends(now, Cause::LifeGuarding);
+                self.error_ends(now, Cause::LifeGuarding, app);
                 self.tell(Event::LifeGuardingBack);
                 app.notice(now, Notice::LifeGuardingBack);
             }
@@ -78,10 +78,13 @@ impl Node {
             return;
         };
         self.guarding.watch = Watch::Expired;
-        self.tell(Event::LifeGuardingExpired);
+        self.tell(Event::LifeGuardingExpired {
+            guard_time: Duration::from_millis(self.values.guard_time.into()),
+            factor: self.values.life_time_factor,
+        });
         let rule = self.policy.life_guarding_error;
         if rule.emcy {
-            self.error_begins(now, Cause::LifeGuarding, emcy::ERROR_CONTROL);
+            self.error_begins(now, Cause::LifeGuarding, emcy::ERROR_CONTROL, app);
         }
         app.notice(now, Notice::LifeGuardingExpired(life_time));
         if rule.behaviour {

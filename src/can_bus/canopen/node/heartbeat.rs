@@ -93,7 +93,7 @@ impl Node {
             match self.set_consumer(place, Consumer::Until(now.saturating_add(time))) {
                 Some(Consumer::Waiting | Consumer::Until(_)) | None => {}
                 Some(Consumer::Lost) => {
-                    self.error_ends(now, Cause::Heartbeat(place));
+                    self.error_ends(now, Cause::Heartbeat(place), app);
                     self.tell(Event::HeartbeatBack(supervised));
                     app.notice(now, Notice::HeartbeatBack(supervised));
                 }
@@ -124,7 +124,7 @@ impl Node {
             self.tell(Event::HeartbeatLost { node, time, sub });
             let rule = self.policy.heartbeat_error;
             if rule.emcy {
-                self.error_begins(now, Cause::Heartbeat(place), emcy::ERROR_CONTROL);
+                self.error_begins(now, Cause::Heartbeat(place), emcy::ERROR_CONTROL, app);
             }
             app.notice(now, Notice::HeartbeatLost(node));
             if rule.behaviour {

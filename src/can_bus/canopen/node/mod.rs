@@ -49,6 +49,7 @@ use lss::Lss;
 use rpdo::Rpdo;
 use sdo_server::Server;
 use storage::{Eeprom, Storage};
+use sync::SyncWatch;
 use tpdo::Tpdo;
 
 /// Frames that wait for the host. What is more is lost and counted.
@@ -104,6 +105,7 @@ pub struct Node {
     consumer_due: Option<Instant>,
     lss: Lss,
     sync_window_ends: Option<Instant>,
+    sync_watch: SyncWatch,
     /// When the node sends the next SYNC.
     sync_due: Option<Instant>,
     /// The counter of the last SYNC that it sent.
@@ -117,7 +119,7 @@ pub struct Node {
     /// The last NMT command that was not followed and told.
     ignored: Option<u8>,
     /// What had no effect and was told, one bit for each kind.
-    without_effect: u16,
+    without_effect: u64,
 }
 
 impl Node {
@@ -141,6 +143,7 @@ impl Node {
             consumer_due: None,
             lss: Lss::NONE,
             sync_window_ends: None,
+            sync_watch: SyncWatch::NONE,
             sync_due: None,
             syncs_sent: 0,
             rpdos: PerPdo::new(),
@@ -265,8 +268,8 @@ impl Node {
         if state == NmtState::Operational {
             return self.dispatch_process_data(now, frame, app);
         }
-        if let (Some(place), false) = (self.rpdo_of(frame.id()), frame.is_remote()) {
-            self.no_effect(NoEffect::RpdoState { pdo: self.values.rpdos.at(place).number, state });
+        if let (Some(pdo), false) = (self.rpdo_meant(frame.id()), frame.is_remote()) {
+            self.no_effect(NoEffect::RpdoState { pdo, state });
         }
         false
     }
@@ -288,6 +291,9 @@ impl Node {
             } else if let Some(place) = self.rpdo_of(id) {
                 self.rpdo_requested(place, app);
             } else {
+                if let Some(pdo) = self.usual_pdo(cob_id::TPDO_1, id) {
+                    self.no_effect(NoEffect::TpdoOff { pdo });
+                }
                 return false;
             }
         } else if CobId(self.values.sync_id).id() == Some(id) {
@@ -295,7 +301,9 @@ impl Node {
         } else if let Some(place) = self.rpdo_of(id) {
             self.rpdo_received(now, place, frame, app);
         } else {
-            self.rpdo_is_off(id);
+            if let Some(pdo) = self.usual_pdo(cob_id::RPDO_1, id) {
+                self.no_effect(NoEffect::RpdoOff { pdo });
+            }
             return false;
         }
         true
@@ -306,9 +314,10 @@ impl Node {
         if self.state.is_some() {
             self.guarding_timeout(now, app);
             self.consumer_timeout(now, app);
-            self.emcy_timeout(now);
+            self.emcy_timeout(now, app);
             self.heartbeat_timeout(now);
             self.sync_timeout(now, app);
+            self.sync_watch_timeout(now, app);
             self.send_block(app);
             self.settle(now, app);
         }
@@ -339,6 +348,7 @@ impl Node {
         due = Instant::first_of(due, self.sdo.due().filter(|_| self.frames.is_empty()));
         due = Instant::first_of(due, self.sync_due.filter(|_| state.serves_sdo()));
         due = Instant::first_of(due, self.consumer_due);
+        due = Instant::first_of(due, self.sync_watch.due());
         if state == NmtState::Operational {
             for tpdo in self.tpdos.iter().filter(|tpdo| tpdo.id.is_some()) {
                 due = Instant::first_of(due, tpdo.due());
@@ -391,7 +401,8 @@ impl Node {
         }
         self.rpdos.iter_mut().for_each(Rpdo::forget);
         self.sync_window_ends = None;
-        self.tell(Event::State { from, to });
+        self.watch_sync(now, to);
+        self.tell(Event::State { from, to, cause });
         app.notice(now, Notice::Nmt { from: Some(from), to, cause });
         if to == NmtState::Operational {
             self.start_tpdos(now, app);
@@ -411,6 +422,7 @@ impl Node {
         self.measure();
         self.errors.restart();
         self.lss = Lss::NONE;
+        self.sync_watch = SyncWatch::NONE;
         match reset {
             Reset::PowerOn | Reset::Node if !self.history_stored => self.errors.clear_history(),
             Reset::PowerOn | Reset::Node | Reset::Communication => {}
@@ -441,7 +453,7 @@ impl Node {
     fn settle(&mut self, now: Instant, app: &mut dyn Application) {
         for _ in 0..MAX_REQUESTS {
             match app.poll_request() {
-                Some(Request::Emergency(emergency)) => self.emergency(now, emergency),
+                Some(Request::Emergency(emergency)) => self.emergency(now, emergency, app),
                 Some(Request::ErrorRegister(register)) => self.errors.set_device(register),
                 Some(Request::Nmt(to)) => self.enter(now, to, NmtCause::Application, app),
                 Some(Request::Tpdo(pdo)) => {

@@ -6,7 +6,7 @@ use crate::can_bus::can::{Frame, Id};
 use crate::can_bus::canopen::application::{Application, Notice, Source};
 use crate::can_bus::canopen::cob_id::{self, CobId};
 use crate::can_bus::canopen::emcy;
-use crate::can_bus::canopen::event::{Event, NoEffect};
+use crate::can_bus::canopen::event::{AwaitsSync, Event, NoEffect};
 use crate::can_bus::canopen::parameter::PdoParameters;
 use crate::can_bus::canopen::pdo::mapping::{self, Pieces};
 use crate::can_bus::canopen::pdo::{MAX_MAPPED, PdoNumber, TransmissionType};
@@ -66,12 +66,16 @@ impl Node {
         self.rpdo_of(id).is_some()
     }
 
-    /// A data frame for nobody at this node: the identifier may be the usual one of an RPDO.
-    pub(super) fn rpdo_is_off(&mut self, id: Id) {
-        let usual = |number: &u16| cob_id::of_node(0x100 + 0x100 * number, self.node_id) == id;
-        if let Some(pdo) = (1..=4).find(usual).and_then(PdoNumber::new) {
-            self.no_effect(NoEffect::RpdoOff { pdo });
-        }
+    /// The RPDO with that identifier, or else the one whose usual identifier it is.
+    pub(super) fn rpdo_meant(&self, id: Id) -> Option<PdoNumber> {
+        let on = self.rpdo_of(id).map(|place| self.values.rpdos.at(place).number);
+        on.or_else(|| self.usual_pdo(cob_id::RPDO_1, id))
+    }
+
+    /// The PDO of this node whose usual identifier that is; `first` is that of PDO 1 without the node number.
+    pub(super) fn usual_pdo(&self, first: u16, id: Id) -> Option<PdoNumber> {
+        let usual = |number: &u16| cob_id::of_node(first + 0x100 * (number - 1), self.node_id) == id;
+        (1..=4).find(usual).and_then(PdoNumber::new)
     }
 
     /// A data frame for an RPDO in OPERATIONAL.
@@ -84,6 +88,7 @@ impl Node {
     ) {
         let &PdoParameters { number: pdo, kind, .. } = self.values.rpdos.at(place);
         let in_window = self.in_sync_window(now);
+        self.pdos_are_used(now);
         let Some(rpdo) = self.rpdos.get_mut(place) else { return };
         let octets = frame.octets();
         if rpdo.octets == 0 {
@@ -93,11 +98,16 @@ impl Node {
             let [expected, got] = [rpdo.octets, octets.len()].map(|len| u8::try_from(len).unwrap_or(8));
             self.tell(Event::RpdoLength { pdo, expected, got });
             if self.policy.rpdo_short_emcy {
-                self.error_begins(now, Cause::RpdoLength(place), emcy::RPDO_LENGTH);
+                self.error_begins(now, Cause::RpdoLength(place), emcy::RPDO_LENGTH, app);
             }
             app.notice(now, Notice::RpdoLength { pdo, expected, got });
             return;
         }
+        if octets.len() > rpdo.octets {
+            let [expected, got] = [rpdo.octets, octets.len()].map(|len| u8::try_from(len).unwrap_or(8));
+            self.no_effect(NoEffect::RpdoLong { pdo, expected, got });
+        }
+        let Some(rpdo) = self.rpdos.get_mut(place) else { return };
         let mut data = [0; 8];
         for (place, octet) in data.iter_mut().zip(octets) {
             *place = *octet;
@@ -108,13 +118,13 @@ impl Node {
             } else if rpdo.waiting.replace(data).is_some() {
                 rpdo.unread = rpdo.unread.saturating_add(1);
                 if rpdo.unread == UNREAD {
-                    self.no_effect(NoEffect::RpdoWaits { pdo });
+                    self.miss_sync(now, AwaitsSync::Rpdo(pdo), app);
                 }
             }
         } else {
             self.take(now, place, data, app);
         }
-        self.error_ends(now, Cause::RpdoLength(place));
+        self.error_ends(now, Cause::RpdoLength(place), app);
     }
 
     /// SYNC: what waits acts, the lowest number first.

@@ -9,7 +9,7 @@ use crate::can_bus::canopen::application::{Application, Part, Source, Written};
 use crate::can_bus::canopen::cob_id;
 use crate::can_bus::canopen::dictionary::Home;
 use crate::can_bus::canopen::event::{Event, NoEffect};
-use crate::can_bus::canopen::refusal::{Broken, Refusal};
+use crate::can_bus::canopen::refusal::{Broken, Refusal, Rule};
 use crate::can_bus::canopen::sdo::{FRAME_LEN, MAX_VALUE_LEN, Response, SdoRequest};
 use crate::time::Instant;
 
@@ -365,7 +365,8 @@ impl Node {
     /// A segment of nothing. The frame has no address to repeat.
     pub(super) fn no_transfer(&mut self) -> Response {
         self.sdo.end();
-        self.refuse(Address::new(0, 0), self.policy.unknown_command)
+        let refusal = Refusal::new(Address::new(0, 0), self.policy.unknown_command, None);
+        self.tell_refusal(refusal.with(Rule::NoTransfer))
     }
 
     pub(super) fn refuse(&mut self, at: Address, code: Abort) -> Response {
@@ -373,6 +374,14 @@ impl Node {
     }
 
     pub(super) fn tell_refusal(&mut self, refusal: Refusal) -> Response {
+        let refusal = match refusal.code {
+            Abort::NO_OBJECT => {
+                let Address { index, sub } = refusal.at;
+                let meant = Address::new(index.0.swap_bytes(), sub.0);
+                if self.entry(meant).is_ok() { refusal.with(Rule::Exchanged(meant)) } else { refusal }
+            }
+            _ => refusal,
+        };
         self.tell(Event::SdoRefused(refusal));
         Response::Abort { at: refusal.at, code: refusal.code }
     }

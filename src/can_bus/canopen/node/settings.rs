@@ -5,7 +5,7 @@ use super::heartbeat::{Consumer, supervised};
 use super::rpdo::Rpdo;
 use super::tpdo::Tpdo;
 use crate::can_bus::canopen::abort::Abort;
-use crate::can_bus::canopen::address::Sub;
+use crate::can_bus::canopen::address::{Address, Sub};
 use crate::can_bus::canopen::application::{Application, Notice, Written};
 use crate::can_bus::canopen::cob_id::CobId;
 use crate::can_bus::canopen::dictionary::{Entry, Limits};
@@ -22,8 +22,6 @@ pub(crate) const SAVE: u32 = 0x6576_6173;
 /// `load` as 1011h takes it.
 pub(crate) const LOAD: u32 = 0x6461_6F6C;
 
-/// What is in the way of another identifier or another mapping.
-const PDO_ON: &str = "the PDO is on (bit 31 of its COB-ID is 0)";
 /// An identifier that CiA 301 has for something else, or that has too many bits.
 const NO_IDENTIFIER: Rule =
     Rule::But("its identifier is reserved by CiA 301, or has more bits than the device supports");
@@ -115,7 +113,11 @@ impl Node {
             Parameter::SyncId => self.judge_sync_id(value),
             Parameter::SyncCounter => self.judge_sync_counter(value),
             Parameter::EmcyId => {
-                let value = self.judge_cob_id(self.values.emcy_id, value, "EMCY is on (bit 31 is 0)")?;
+                let value = self.judge_cob_id(
+                    self.values.emcy_id,
+                    value,
+                    Rule::But("EMCY is on (bit 31 of 1014h is 0)"),
+                )?;
                 without_bit_30(value)
             }
             Parameter::Consumer(place) => self.judge_consumer(place, value),
@@ -183,14 +185,14 @@ impl Node {
     }
 
     /// The rules of COB-IDs of PDOs and EMCY: a service that is on keeps its identifier. `on` says that it is on.
-    fn judge_cob_id(&self, old: u32, new: u32, on: &'static str) -> Result<u32, Broken> {
+    fn judge_cob_id(&self, old: u32, new: u32, on: Rule) -> Result<u32, Broken> {
         let (old, id) = (CobId(old), CobId(new));
         if !self.is_identifier(id) || id.is_valid() && id.is_restricted() {
             return Err(Broken::rule(Abort::RANGE, NO_IDENTIFIER));
         }
         match self.policy.change_while_valid {
             Some(code) if old.is_valid() && id.is_valid() && old.id() != id.id() => {
-                Err(Broken::rule(code, Rule::But(on)))
+                Err(Broken::rule(code, on))
             }
             Some(_) | None => Ok(new),
         }
@@ -226,14 +228,20 @@ impl Node {
         value: u32,
     ) -> Result<u32, Broken> {
         let on = CobId(values.cob_id).is_valid();
+        let first = match direction {
+            Direction::Receive => 0x1400,
+            Direction::Transmit => 0x1800,
+        };
+        // What is in the way of another identifier or another mapping.
+        let is_on = Rule::PdoOn(Address { index: values.number.object(first), sub: Sub(1) });
         match (field, direction) {
             (PdoField::CobId, Direction::Receive) => {
-                let value = self.judge_cob_id(values.cob_id, value, PDO_ON)?;
+                let value = self.judge_cob_id(values.cob_id, value, is_on)?;
                 without_bit_30(value)
             }
             (PdoField::CobId, Direction::Transmit) => {
                 let value = if self.policy.tpdo_rtr { value } else { value & !CobId::BIT_30 };
-                self.judge_cob_id(values.cob_id, value, PDO_ON)
+                self.judge_cob_id(values.cob_id, value, is_on)
             }
             (PdoField::Type, Direction::Receive | Direction::Transmit) => {
                 let exists = u8::try_from(value).is_ok_and(|kind| TransmissionType(kind).exists());
@@ -242,7 +250,7 @@ impl Node {
             }
             (PdoField::Count, direction) => {
                 if on {
-                    return Err(Broken::rule(self.policy.wrong_state, Rule::But(PDO_ON)));
+                    return Err(Broken::rule(self.policy.wrong_state, is_on));
                 }
                 let count = usize::try_from(value).unwrap_or(usize::MAX);
                 let words = values.mapped.get(..count).ok_or(Abort::PDO_LENGTH)?;
@@ -250,9 +258,10 @@ impl Node {
                 Ok(value)
             }
             (PdoField::Mapped(_), direction) => {
-                let but = if on { PDO_ON } else { "the mapping is in use (its sub-index 0 is not 0)" };
+                let in_use = Rule::But("the mapping is in use: write its sub-index 0 = 0 first");
+                let rule = if on { is_on } else { in_use };
                 if on || values.count != 0 {
-                    return Err(Broken::rule(self.policy.wrong_state, Rule::But(but)));
+                    return Err(Broken::rule(self.policy.wrong_state, rule));
                 }
                 mapping::judge_word(self.objects, direction, value, self.policy.dummies)?;
                 Ok(value)
@@ -274,6 +283,7 @@ impl Node {
             Parameter::SyncWindow => self.sync_window_ends = None,
             Parameter::SyncId | Parameter::SyncPeriod | Parameter::SyncCounter => self.restart_sync(now),
             Parameter::Rpdo(pdo, _) => {
+                self.pdos_are_used(now);
                 if let Some(place) = self.values.rpdos.place(pdo) {
                     self.set_up_rpdo(place);
                 }
@@ -288,6 +298,7 @@ impl Node {
                 pdo,
                 PdoField::CobId | PdoField::Type | PdoField::Count | PdoField::Mapped(_),
             ) => {
+                self.pdos_are_used(now);
                 if let Some(place) = self.values.tpdos.place(pdo) {
                     self.set_up_tpdo(now, place, app);
                 }

@@ -9,7 +9,7 @@ use crate::can_bus::canopen::application::Application;
 use crate::can_bus::canopen::cob_id::CobId;
 use crate::can_bus::canopen::event::NoEffect;
 use crate::can_bus::canopen::pdo::mapping::{self, Pieces};
-use crate::can_bus::canopen::pdo::{TransmissionType, Trigger};
+use crate::can_bus::canopen::pdo::{PdoNumber, TransmissionType, Trigger};
 use crate::can_bus::canopen::policy::{EventRule, TypeZero};
 use crate::time::Instant;
 
@@ -57,6 +57,12 @@ impl Tpdo {
 }
 
 impl Node {
+    /// The first TPDO that waits for SYNC.
+    pub(super) fn synchronous_tpdo(&self) -> Option<PdoNumber> {
+        let waits = |tpdo: &Tpdo| tpdo.id.is_some() && matches!(tpdo.trigger, Trigger::EverySync(_));
+        self.tpdos.iter().position(waits).map(|place| self.values.tpdos.at(place).number)
+    }
+
     /// Puts the objects of a TPDO into effect; counters and timers begin anew.
     pub(super) fn set_up_tpdo(&mut self, now: Instant, place: usize, app: &dyn Application) {
         let values = self.values.tpdos.at(place);

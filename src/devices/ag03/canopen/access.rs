@@ -5,8 +5,8 @@ use super::part::Part;
 use super::words::ControlWord;
 use crate::can_bus::canopen::dictionary::Limits;
 use crate::can_bus::canopen::{
-    Abort, Address, Application, NmtState, NodeId, Notice, Object, Request, Rule, Source, Sub, Value,
-    Written, dictionary,
+    Abort, Address, Application, ErrorNames, NmtState, NodeId, Notice, Object, Request, Rule, Source, Sub,
+    Value, Written, dictionary,
 };
 use crate::devices::ag03::drive::Fault;
 use crate::devices::ag03::param::{DefaultSet, NotNow, ParamError, Parameter, Unit, Write};
@@ -18,6 +18,10 @@ use super::errors;
 impl Application for Part {
     fn objects(&self) -> &'static [Object] {
         objects(self.unit.parameters().gear())
+    }
+
+    fn error_names(&self) -> &'static ErrorNames {
+        &super::vocabulary::ERRORS
     }
 
     fn node_id(&self) -> NodeId {

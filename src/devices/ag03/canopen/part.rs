@@ -328,6 +328,7 @@ impl Part {
             | Notice::LifeGuardingBack
             | Notice::HeartbeatLost(_)
             | Notice::HeartbeatBack(_)
+            | Notice::SyncMissing(_)
             | Notice::HistoryCleared => {}
         }
     }

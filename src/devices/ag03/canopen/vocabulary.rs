@@ -3,7 +3,7 @@
 use super::errors;
 use super::objects::{objects, parameter, reading};
 use super::words::{CwBit, SwBit};
-use crate::can_bus::canopen::Address;
+use crate::can_bus::canopen::{Address, ErrorNames};
 use crate::devices::Vocabulary;
 use crate::devices::ag03::drive::Mode;
 use crate::devices::ag03::param;
@@ -19,6 +19,11 @@ pub const VOCABULARY: Vocabulary = Vocabulary {
     parameter: entry,
     choice,
     bits,
+    errors: ERRORS,
+};
+
+/// What it calls its errors.
+pub(super) const ERRORS: ErrorNames = ErrorNames {
     emcy: |code, _| errors::meaning(code),
     register: [
         "generic error",

@@ -27,7 +27,7 @@ impl Why for Ag03Node {
     fn each_reason(&self, tell: &mut dyn FnMut(Reason<'_>)) {
         of_power(self.power(), tell);
         let (Power::On, Some(nmt)) = (self.power(), self.nmt_state()) else { return };
-        reasons::of_node(nmt, tell);
+        reasons::of_node(nmt, self.node.sync_missing(), tell);
         let state = self.state();
         if state != State::OperationEnabled {
             tell(Reason::new("NotEnabled", &format_args!("drive state {state}: {}", to_enable(state))));

@@ -6,12 +6,13 @@ use heapless::Deque;
 
 use super::Quirks;
 use super::objects::{Alarm, BATTERY_WARNING, OBJECTS, TOTAL_STEPS, TOTAL_STEPS_RANGE};
+use super::vocabulary::ERRORS;
 use crate::can_bus::canopen::application::MAX_BESIDE;
 use crate::can_bus::canopen::dictionary;
 use crate::can_bus::canopen::dictionary::{Limits, Object};
 use crate::can_bus::canopen::{
-    Abort, Address, Application, Emergency, NmtState, NodeId, Notice, PdoNumber, Request, Reset, Rule,
-    Source, Sub, Value, Written,
+    Abort, Address, Application, Emergency, ErrorNames, NmtState, NodeId, Notice, PdoNumber, Request, Reset,
+    Rule, Source, Sub, Value, Written,
 };
 use crate::devices::ap10::{
     Backup, Battery, Control, Event, Fault, Indicator, RESOLUTION, Restore, Setting, Settings, Slot,
@@ -344,6 +345,10 @@ impl Application for Unit {
         OBJECTS
     }
 
+    fn error_names(&self) -> &'static ErrorNames {
+        &ERRORS
+    }
+
     fn node_id(&self) -> NodeId {
         let number = self.indicator.settings().value(Setting::NodeId);
         u8::try_from(number).ok().and_then(|number| NodeId::new(number).ok()).unwrap_or(NodeId::MAX)
@@ -431,7 +436,7 @@ impl Application for Unit {
             Notice::LifeGuardingExpired(_) | Notice::LifeGuardingBack => {}
             Notice::HeartbeatLost(_) | Notice::HeartbeatBack(_) => {}
             // The values stay in effect and go into the next image.
-            Notice::HistoryCleared | Notice::NotStored => {}
+            Notice::SyncMissing(_) | Notice::HistoryCleared | Notice::NotStored => {}
         }
     }
 

@@ -2,10 +2,9 @@
 
 use super::objects::OBJECTS;
 use super::unit::{BUS_OFF_RECOVERED, ERROR_PASSIVE, code as code_of};
-use crate::can_bus::canopen::Address;
+use crate::can_bus::canopen::{Address, ErrorNames};
 use crate::devices::Vocabulary;
 use crate::devices::ap10::{ControlBit, Fault, StatusBit};
-use crate::devices::vocabulary::{REGISTER, cia_301_emcy};
 
 /// The words of the AP10.
 pub const VOCABULARY: Vocabulary = Vocabulary {
@@ -15,18 +14,22 @@ pub const VOCABULARY: Vocabulary = Vocabulary {
     parameter: |_| None,
     choice: |_, _| None,
     bits,
-    emcy: |code, _| {
-        Some(match code {
-            ERROR_PASSIVE => "CAN error passive",
-            BUS_OFF_RECOVERED => "recovered from bus off",
-            other => match Fault::ALL.into_iter().find(|fault| code_of(*fault) == other) {
-                Some(fault) => fault.text(),
-                None => cia_301_emcy(other),
-            },
-        })
-    },
-    register: REGISTER,
+    errors: ERRORS,
 };
+
+/// What it calls its errors.
+pub(super) const ERRORS: ErrorNames = ErrorNames { emcy, ..ErrorNames::CIA_301 };
+
+fn emcy(code: u16, more: [u8; 5]) -> Option<&'static str> {
+    Some(match code {
+        ERROR_PASSIVE => "CAN error passive",
+        BUS_OFF_RECOVERED => "recovered from bus off",
+        other => match Fault::ALL.into_iter().find(|fault| code_of(*fault) == other) {
+            Some(fault) => fault.text(),
+            None => return (ErrorNames::CIA_301.emcy)(other, more),
+        },
+    })
+}
 
 /// 5F1Bh:2 in alpha-numeric mode.
 const ALPHANUMERIC: i64 = 3;

@@ -5,8 +5,8 @@ use heapless::Deque;
 use super::links::Link;
 use super::objects;
 use crate::can_bus::canopen::{
-    Abort, Address, Application, Emergency, NmtCause, NmtState, NodeId, Notice, Object, Request, Reset, Rule,
-    Source, Sub, Value, Written, dictionary,
+    Abort, Address, Application, Emergency, ErrorNames, NmtCause, NmtState, NodeId, Notice, Object, Request,
+    Reset, Rule, Source, Sub, Value, Written, dictionary,
 };
 use crate::can_bus::cia402::{Controlword, Mode, Statusword};
 use crate::devices::asda_a2::{Alarm, Config, Digit, Event, Servo, Setting, stored};
@@ -201,6 +201,10 @@ impl Application for Drive {
         Ok(Written::Done)
     }
 
+    fn error_names(&self) -> &'static ErrorNames {
+        &super::vocabulary::ERRORS
+    }
+
     fn rule(&self, at: Address, _value: Value<'_>) -> Option<Rule> {
         self.link(at)?.needs().map(Rule::But)
     }
@@ -234,6 +238,7 @@ impl Application for Drive {
             Notice::RpdoTaken(_)
             | Notice::LifeGuardingBack
             | Notice::HeartbeatBack(_)
+            | Notice::SyncMissing(_)
             | Notice::HistoryCleared => {}
         }
     }

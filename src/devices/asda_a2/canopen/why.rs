@@ -3,8 +3,8 @@
 use core::fmt;
 
 use super::AsdaA2;
-use crate::can_bus::cia402::{Controlword, State};
-use crate::devices::asda_a2::Level;
+use crate::can_bus::cia402::{Controlword, Mode, State};
+use crate::devices::asda_a2::{Level, Setting};
 use crate::devices::reasons;
 use crate::face::{Reason, Why};
 
@@ -16,7 +16,7 @@ impl Why for AsdaA2 {
     fn each_reason(&self, tell: &mut dyn FnMut(Reason<'_>)) {
         let servo = self.servo();
         let Some(nmt) = self.node.state() else { return tell(reasons::SWITCHED_OFF) };
-        reasons::of_node(nmt, tell);
+        reasons::of_node(nmt, self.node.sync_missing(), tell);
         let state = servo.state();
         let enabled = state == State::OperationEnabled;
         // An enabled drive goes on with a warning; at a limit switch in one direction only.
@@ -33,6 +33,9 @@ impl Why for AsdaA2 {
         let cure = to_enable(state, servo.level());
         tell_if(!enabled, Reason::new("NotEnabled", &format_args!("drive state '{state}': {cure}")));
         tell_if(enabled && servo.controlword().has(Controlword::HALT), reasons::HALT);
+        let stands =
+            servo.mode() == Some(Mode::ProfilePosition) && servo.settings().of(Setting::ProfileVelocity) == 0;
+        tell_if(enabled && stands, Reason::new("NoVelocity", &"the profile velocity is 0: write 6081h"));
         tell_if(servo.inputs().blocked, Reason::new("Blocked", &"the shaft is blocked"));
     }
 
