@@ -25,6 +25,8 @@ use crate::face::EventKind;
 use moving::Moving;
 
 mod bench;
+#[cfg(test)]
+mod flood;
 mod lines;
 mod moving;
 mod nodes;

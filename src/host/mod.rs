@@ -74,7 +74,7 @@ mod repeats;
 mod reported;
 mod run;
 #[cfg(all(test, feature = "parameters"))]
-mod silence;
+pub(crate) mod silence;
 mod startup;
 mod state_dir;
 mod station_file;
@@ -209,7 +209,7 @@ pub enum Error {
         source: io::Error,
     },
     /// The name wanted for the terminal belongs to something else.
-    #[error("{} is {found}, which is not replaced; remove it or choose another path", path.display())]
+    #[error("{} is {found}, which is not replaced; {} or choose another path", path.display(), found.cure())]
     PathTaken {
         /// The name wanted.
         path: PathBuf,
@@ -316,10 +316,20 @@ pub enum PathOccupant {
     File,
 }
 
+impl PathOccupant {
+    /// What helps, as the middle of a sentence.
+    const fn cure(self) -> &'static str {
+        match self {
+            Self::LinkInUse => "end the program that has it, remove it,",
+            Self::Directory | Self::File => "remove it",
+        }
+    }
+}
+
 impl core::fmt::Display for PathOccupant {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
-            Self::LinkInUse => "a symbolic link to something that exists",
+            Self::LinkInUse => "a symbolic link that is in use, perhaps that of another emulator",
             Self::Directory => "a directory",
             Self::File => "a file",
         })

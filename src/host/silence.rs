@@ -14,6 +14,10 @@
 use std::collections::BTreeMap;
 
 mod advice;
+mod exam;
+pub(crate) mod flood;
+mod habits;
+mod nodes;
 mod slaves;
 mod walk;
 mod words;

@@ -127,6 +127,20 @@ fn end_line((end, stop): &(Arc<AtomicBool>, Stop)) {
 }
 
 impl Start {
+    /// Of the only line.
+    #[cfg(test)]
+    pub(super) fn alone() -> Self {
+        let common = Common {
+            count: 1,
+            metrics: None,
+            panel_lines: Lines::default(),
+            board: ValueBoard::default(),
+            state: Mutex::default(),
+            changed: Condvar::new(),
+        };
+        Self { number: 0, common: Arc::new(common) }
+    }
+
     /// What this line is called: `line`, where there are several with its number.
     pub(super) fn name(&self) -> String {
         match self.common.count {

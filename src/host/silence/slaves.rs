@@ -7,7 +7,7 @@ use super::words;
 use crate::face::Description;
 use crate::face::description::Supply;
 use crate::host::list::{Ground, Group, Spec};
-use crate::host::{Bus, Refusals, ValueBoard};
+use crate::host::{Bus, BusEvent, Refusals, ValueBoard};
 use crate::profibus::dp;
 use crate::profibus::fdl::telegram::{Decoded, decode};
 use crate::profibus::fdl::{
@@ -111,6 +111,8 @@ pub(super) struct Line {
     pub(super) inputs: Vec<u8>,
     /// What a person reads, since it was taken.
     pub(super) news: Vec<String>,
+    /// The same with everything else, since it was taken.
+    pub(super) events: Vec<(Instant, BusEvent)>,
     /// Everything of the walk, for the report.
     pub(super) story: Vec<String>,
     /// What was told and is told once for its kind, until something changes.
@@ -135,8 +137,8 @@ impl Line {
         assert!(target.ident == 0 || ident == target.ident, "{}: {ident:04X}", target.name);
         let outputs = vec![0; target.outputs];
         let (news, story, counts, inputs) = (Vec::new(), Vec::new(), HashMap::new(), Vec::new());
-        let once = BTreeSet::new();
-        Self { target, bus, now, counts, ident, outputs, inputs, news, story, once }
+        let (once, events) = (BTreeSet::new(), Vec::new());
+        Self { target, bus, now, counts, ident, outputs, inputs, news, events, story, once }
     }
 
     pub(super) fn slave() -> Address {
@@ -182,6 +184,7 @@ impl Line {
     pub(super) fn hear_news(&mut self) {
         while let Some(event) = self.bus.poll_event() {
             let text = event.to_string();
+            self.events.push((self.now, event.clone()));
             if event.is_detail() {
                 self.story.push(format!("      ({text})"));
             } else {
@@ -261,7 +264,7 @@ impl Line {
             Some(FrameCount::First | FrameCount::Odd | FrameCount::Unused) => FrameCount::Even,
             Some(FrameCount::Even) => FrameCount::Odd,
         };
-        let sdn = matches!(service, Service::SdnLow | Service::SdnHigh);
+        let sdn = matches!(service, Service::SdnLow | Service::SdnHigh | Service::FdlStatus);
         let count = if sdn { FrameCount::Unused } else { count };
         if !sdn {
             self.counts.insert(sa, count);
@@ -305,6 +308,29 @@ impl Line {
         let octets = self.request((sa, 127), Service::SdnHigh, Some(58), 62, data);
         self.story.push(format!("  Global_Control of master {sa} {data:02X?}"));
         assert_eq!(self.reply_to(&octets), Reply::Silence);
+    }
+
+    /// `sa` passes the token.
+    pub(super) fn token(&mut self, da: u8, sa: u8) {
+        self.send(&[0xDC, da, sa]);
+    }
+
+    /// `sa` asks whether somebody is there.
+    pub(super) fn status(&mut self, sa: u8, da: u8) {
+        let octets = self.request((sa, da), Service::FdlStatus, None, 62, &[]);
+        self.send(&octets);
+    }
+
+    /// A telegram whose check sequence is wrong.
+    pub(super) fn noise(&mut self) {
+        self.send(&[0x10, SLAVE, MASTER, 0x49, 0, 0x16]);
+    }
+
+    /// The last Data_Exchange once more, octet for octet.
+    pub(super) fn repeat(&mut self) {
+        let outputs = self.outputs.clone();
+        let octets = self.request((MASTER, SLAVE), Service::SrdHigh, None, 62, &outputs);
+        (0..2).for_each(|_| _ = self.reply_to(&octets));
     }
 
     pub(super) fn prm(&self) -> Vec<u8> {
