@@ -121,7 +121,7 @@ fn nodes(criterion: &mut Criterion) {
 
 /// The other devices alone, and all of them by turns, turning; the same on a bus with arbitration and bit times.
 fn listed(criterion: &mut Criterion) {
-    use profidrive::host::list::Device;
+    use profidrive::host::can::Product;
 
     for name in ["ap10", "asda-a2"] {
         let mut one = Listed::named(name);
@@ -136,7 +136,7 @@ fn listed(criterion: &mut Criterion) {
     }
     let turning = |kind| {
         (1..)
-            .zip(Device::products().collect::<Vec<_>>().into_iter().cycle())
+            .zip(Product::all().collect::<Vec<_>>().into_iter().cycle())
             .map(move |(n, product)| Listed::turning(product, n, kind))
     };
     let mut three: Vec<Listed> = turning(1).take(3).collect();
@@ -164,15 +164,14 @@ impl OnBus {
     fn new(count: usize, kind: u8) -> Self {
         use profidrive::can_bus::can::BitRate;
         use profidrive::can_bus::canopen::node::storage::Eeprom;
-        use profidrive::host::can::{Bus, StoredNode};
-        use profidrive::host::list::{Choices, Device};
+        use profidrive::host::can::{Bus, Product, StoredNode};
+        use profidrive::host::list::Choices;
 
         let now = Instant::from_millis(1);
         let mut bus = Bus::new(BitRate::K1000);
         let master = bus.connect(now);
         let mut this = Self { now, bus, master };
-        for (number, product) in
-            (1..).zip(Device::products().collect::<Vec<_>>().into_iter().cycle()).take(count)
+        for (number, product) in (1..).zip(Product::all().collect::<Vec<_>>().into_iter().cycle()).take(count)
         {
             let node = NodeId::new(number).unwrap();
             let device = product.make(node, &Choices::default(), Eeprom::Internal, this.now);

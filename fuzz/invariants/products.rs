@@ -22,7 +22,7 @@ use profidrive::can_bus::canopen::node::storage::{Eeprom, NotStored};
 use profidrive::devices::CanopenDevice;
 use profidrive::face::surroundings::{InputKind, Level};
 use profidrive::host::can::Product;
-use profidrive::host::list::{Choices, Device};
+use profidrive::host::list::Choices;
 use profidrive::time::Instant;
 
 const NODE: u8 = 5;
@@ -32,7 +32,7 @@ const MOST_TIMEOUTS: usize = 400;
 
 pub(crate) fn check(data: &[u8]) {
     let Some((&which, mut rest)) = data.split_first() else { return };
-    let products: Vec<_> = Device::products().collect();
+    let products: Vec<_> = Product::all().collect();
     let mut rig = Rig::of(products[usize::from(which) % products.len()]);
     for _ in 0..200 {
         let Some(behind) = rig.step(rest) else { break };

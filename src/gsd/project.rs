@@ -29,7 +29,7 @@ impl Gsd {
     ///
     /// # Errors
     /// The first name that the file does not have.
-    pub fn modules_named(&self, names: &str) -> Result<Vec<usize>, SettingError> {
+    pub(crate) fn modules_named(&self, names: &str) -> Result<Vec<usize>, SettingError> {
         let mut rest = names.trim();
         let mut places = Vec::new();
         while !rest.is_empty() {
@@ -53,7 +53,7 @@ impl Gsd {
     }
 
     /// The user parameters by parameter, for these modules slot by slot.
-    pub fn prm_values(&self, modules: &[usize], user_prm: &[u8]) -> Vec<PrmValue<'_>> {
+    pub(crate) fn prm_values(&self, modules: &[usize], user_prm: &[u8]) -> Vec<PrmValue<'_>> {
         let mut values = Vec::new();
         for (slot, start, part) in self.parts(modules) {
             for (offset, parameter) in part.fields(self) {
@@ -70,7 +70,7 @@ impl Gsd {
     ///
     /// # Errors
     /// [`SettingError`]; nothing is changed then.
-    pub fn set_prm_value(
+    pub(crate) fn set_prm_value(
         &self,
         modules: &[usize],
         user_prm: &mut [u8],

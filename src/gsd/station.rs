@@ -403,7 +403,7 @@ impl Station {
     }
 
     /// The user parameters by parameter and text, as far as they have the length of the modules of this configuration.
-    pub fn prm_values(&self, configuration: &[u8], user_prm: &[u8]) -> Vec<super::PrmValue<'_>> {
+    pub(crate) fn prm_values(&self, configuration: &[u8], user_prm: &[u8]) -> Vec<super::PrmValue<'_>> {
         match self.read(configuration, Some(user_prm)) {
             Ok(reading) if reading.agreement != Agreement::Open => {
                 let modules: Vec<_> = reading.known().collect();

@@ -213,7 +213,11 @@ impl Bus {
     }
 
     /// Does something to the modules of the station at `address`. Counts as a `handle_*` call.
-    pub fn with_modules<R>(&mut self, address: Address, act: impl FnOnce(&mut GsdStation) -> R) -> Option<R> {
+    pub(crate) fn with_modules<R>(
+        &mut self,
+        address: Address,
+        act: impl FnOnce(&mut GsdStation) -> R,
+    ) -> Option<R> {
         let result = act(self.stations.slot_mut(address)?.station.modules_mut()?);
         self.stations.tell_by_hand(address);
         self.stations.settle(address);
@@ -226,7 +230,11 @@ impl Bus {
     }
 
     /// The address that the station at `address` would have after `act` ([`Participant::address_after`]).
-    pub fn address_after(&self, address: Address, act: &dyn Fn(&mut dyn Description)) -> Option<Address> {
+    pub(crate) fn address_after(
+        &self,
+        address: Address,
+        act: &dyn Fn(&mut dyn Description),
+    ) -> Option<Address> {
         self.stations.slot(address).map(|slot| slot.station.address_after(act))
     }
 

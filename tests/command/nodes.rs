@@ -6,7 +6,7 @@ use std::net::TcpStream;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use profidrive::host::list::Device;
+use profidrive::host::can::Product;
 
 use crate::emulator::{Emulator, output};
 use crate::process::{end_of, hangup_ends_programs};
@@ -228,7 +228,7 @@ fn a_signal_while_boot_ups_are_sent_ends_in_order() {
 
 #[test]
 fn each_node_answers_for_itself_and_boots_when_it_is_told() {
-    let products: Vec<_> = Device::products().collect();
+    let products: Vec<_> = Product::all().collect();
     for (index, product) in products.iter().enumerate() {
         let other = products[(index + 1) % products.len()];
         let (node, beside) = (format!("5,device={}", product.name), format!("127,device={}", other.name));
@@ -380,7 +380,7 @@ fn stored_value(master: &mut Master, place: &str) -> u16 {
 
 #[test]
 fn what_is_stored_is_there_after_a_kill_and_what_is_not_is_not() {
-    for product in Device::products() {
+    for product in Product::all() {
         // 1017h, the heartbeat time, is kept by 1010h:1. The AG03/1 keeps each write by itself: 2410h:1, controller P.
         let keeps_by_itself = product.name == "ag03-1";
         let place = if keeps_by_itself { "102401" } else { "171000" };
@@ -454,7 +454,7 @@ fn a_capture_holds_every_frame_as_the_kernel_gives_it() {
 
 #[test]
 fn the_data_sheet_of_each_device_is_on_stdout() {
-    for product in Device::products() {
+    for product in Product::all() {
         let output = output(&["eds", product.name]);
         assert_eq!(output.status.code(), Some(0), "{}", product.name);
         assert_eq!(output.stderr, b"", "{}", product.name);

@@ -3,6 +3,7 @@ use std::collections::VecDeque;
 use core::time::Duration;
 
 use super::*;
+use crate::devices::ag03::param::live::live;
 use crate::devices::ag03::param::{Gear, Model, Pnu, Reading, Store, Subindex, Value, Width};
 use crate::profibus::pkw;
 use crate::profibus::pkw::{Config, Engine, ErrorNumber, JobError, Parameters};
@@ -28,27 +29,6 @@ impl Parameters for Drive {
 
     fn elements(&self, pnu: u16) -> Result<Option<u8>, JobError> {
         self.store.elements(pnu)
-    }
-}
-
-/// What the drive shows.
-fn live(reading: Reading, element: Subindex) -> i32 {
-    match reading {
-        Reading::Address => 5,
-        Reading::FaultBuffer => b"GFEABCD\0\0\0"[usize::from(element.0)].into(),
-        Reading::FaultCount => 7,
-        Reading::SystemStatus => 0x2948,
-        Reading::Temperature => -25,
-        Reading::MotorCurrent => 1234,
-        Reading::GeneralStatus => 0x0010,
-        Reading::Position => -5000,
-        Reading::OutputStageVoltage => 240,
-        Reading::ControlVoltage => 238,
-        Reading::BatteryVoltage => 361,
-        Reading::HardwareVersion
-        | Reading::SoftwareVersion
-        | Reading::SerialNumber
-        | Reading::ProductionDate => panic!("the store knows {reading:?}"),
     }
 }
 

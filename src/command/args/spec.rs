@@ -74,13 +74,13 @@ impl RangeSpec {
 
 /// The names of the devices on CANopen that need no file.
 pub(super) fn product_names() -> String {
-    Device::products().map(|product| product.name).collect::<Vec<_>>().join(", ")
+    Product::all().map(|product| product.name).collect::<Vec<_>>().join(", ")
 }
 
 /// A device on CANopen by its name.
 pub(crate) fn device(name: &str) -> Result<&'static Product, String> {
     Product::named(name).ok_or_else(|| {
-        let names: Vec<_> = Device::products().map(|product| product.name).collect();
+        let names: Vec<_> = Product::all().map(|product| product.name).collect();
         let near = nearest(name, names.iter().copied());
         format!("device '{name}' is unknown; {near}expected {}", names.join(" or "))
     })
@@ -164,7 +164,7 @@ impl<T: Clone + Send + Sync + 'static> TypedValueParser for Offered<T> {
 
 /// One of the devices on CANopen.
 pub(crate) fn offered_device() -> Offered<&'static Product> {
-    Offered { read: device, offers: || Device::products().map(|product| product.name.to_owned()).collect() }
+    Offered { read: device, offers: || Product::all().map(|product| product.name.to_owned()).collect() }
 }
 
 /// Every quirk with every value.
@@ -184,7 +184,7 @@ pub(crate) fn offered_quirk() -> Offered<String> {
 /// The rates of both buses.
 pub(crate) fn offered_baud() -> Offered<super::BaudSpec> {
     let offers = || {
-        let can = Device::products().flat_map(Product::rates);
+        let can = Product::all().flat_map(Product::rates);
         let can = can.filter(|bits| BitRate::from_bits_per_second(*bits).is_ok());
         let mut rates: Vec<u32> =
             BaudRate::ALL.iter().map(|rate| rate.bits_per_second()).chain(can).collect();

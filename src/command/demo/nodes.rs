@@ -25,7 +25,6 @@ pub(super) fn play(product: &'static Product, out: &mut dyn Write) -> Result<(),
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::host::list::Device;
 
     fn story(product: &'static Product) -> String {
         let mut out = Vec::new();
@@ -37,7 +36,7 @@ mod tests {
 
     #[test]
     fn every_device_has_a_story_on_a_page_of_80_columns_that_is_always_the_same() {
-        for product in Device::products() {
+        for product in Product::all() {
             assert!(!product.story.is_empty(), "{}", product.name);
             let told = story(product);
             assert!(told.lines().all(|line| line.chars().count() <= 80), "{told}");

@@ -10,8 +10,8 @@ use crate::explain::canopen::Network;
 use crate::explain::hex;
 use crate::host::can::{CanEndpoint, Product, SlcanEndpoint, open_slcan, open_socketcan};
 use crate::host::link::tcp::Connection;
+use crate::host::list::Choices;
 use crate::host::list::node_files::product_of_file;
-use crate::host::list::{Choices, Device};
 use crate::host::{Clock, Stop, SystemClock};
 use serde_json::json;
 use tracing::warn;
@@ -175,7 +175,7 @@ impl Drive {
         }
         let device_type = number(&self.must_get(DEVICE_TYPE)?);
         let vendor = self.get(VENDOR)?.ok().map(|octets| number(&octets));
-        let product = Device::products().find(|product| {
+        let product = Product::all().find(|product| {
             let objects = product.objects(&Choices::default());
             let default =
                 dictionary::entry(objects, DEVICE_TYPE).map(|entry| entry.default_value(self.node).number());

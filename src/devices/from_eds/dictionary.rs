@@ -128,7 +128,7 @@ impl Dictionary {
     }
 
     /// The same, of a node that does nothing by itself: its values are a memory.
-    pub fn hold_as_memory(eds: Eds) -> &'static Self {
+    pub(crate) fn hold_as_memory(eds: Eds) -> &'static Self {
         Self::with_profile(eds, Profile::None)
     }
 

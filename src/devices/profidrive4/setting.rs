@@ -133,7 +133,7 @@ impl Setting {
     }
 
     /// Whether it can be changed at standstill only: all that is counted in it would jump.
-    pub const fn wants_standstill(self) -> bool {
+    pub(crate) const fn wants_standstill(self) -> bool {
         matches!(self, Self::ReferenceSpeed | Self::LuPerRevolution)
     }
 }

@@ -9,7 +9,7 @@ use crate::can_bus::canopen::{Address, NodeId, Object};
 use crate::devices::CanopenDevice;
 use crate::devices::Vocabulary;
 use crate::devices::story::NodeAct;
-use crate::host::list::{Choice, Choices, Device, QuirkRow};
+use crate::host::list::{Choice, Choices, DEVICES, Device, QuirkRow};
 use crate::time::Instant;
 
 /// A device that can be bought, as a node.
@@ -21,7 +21,7 @@ pub struct Product {
     /// What it calls what it says.
     pub vocabulary: &'static Vocabulary,
     /// What can be chosen about it.
-    pub choices: &'static [Choice],
+    pub(crate) choices: &'static [Choice],
     /// The entry by which a real one tells what was chosen about it, and the choice that a value of it is.
     pub(crate) tells: Option<(Address, ChoiceTold)>,
     /// What `profidrive demo` plays behind its boot-up.
@@ -38,9 +38,14 @@ pub(crate) type ChoiceTold = fn(i64) -> Option<(&'static str, &'static str)>;
 pub(in crate::host) type Make = dyn Fn(NodeId, &Choices, Eeprom, Instant) -> Box<dyn CanopenDevice> + Sync;
 
 impl Product {
+    /// Every device on CANopen that needs no file.
+    pub fn all() -> impl Iterator<Item = &'static Self> {
+        DEVICES.iter().filter_map(Device::product)
+    }
+
     /// The device of that name.
     pub fn named(name: &str) -> Option<&'static Self> {
-        Device::products().find(|product| product.name == name)
+        Self::all().find(|product| product.name == name)
     }
 
     /// A device without supply, with factory settings.
@@ -122,7 +127,7 @@ mod tests {
 
         let node = NodeId::new(5).unwrap();
         let mut odd = Vec::new();
-        for product in Device::products() {
+        for product in Product::all() {
             let eds = Eds::read(product.eds().as_bytes()).unwrap();
             let warnings = eds.hints.iter().filter(|hint| hint.level == Level::Warning);
             odd.extend(warnings.map(|hint| (product.name, hint.text.clone())));
@@ -143,7 +148,7 @@ mod tests {
 
     #[test]
     fn each_device_starts_at_the_node_number_asked_for_and_has_a_sheet() {
-        for product in Device::products() {
+        for product in Product::all() {
             assert_eq!(Product::named(product.name), Some(product));
             for number in [1, 5, 127] {
                 let node = NodeId::new(number).unwrap();

@@ -93,7 +93,7 @@ impl GsdStation {
     }
 
     /// Forgets every alarm, as if none had been raised.
-    pub fn forget_alarms(&mut self) {
+    pub(crate) fn forget_alarms(&mut self) {
         let Self { acyclic, station, .. } = self;
         if let Some(acyclic) = acyclic {
             acyclic.services.forget_alarms(station);

@@ -9,22 +9,22 @@ use crate::gsd::did_you_mean;
 
 /// Something that can be chosen about a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Choice {
+pub(crate) struct Choice {
     /// Its key in `key=value`, in TOML and in JSON.
-    pub key: &'static str,
+    pub(crate) key: &'static str,
     /// Another key that means the same.
-    pub also: Option<&'static str>,
+    pub(crate) also: Option<&'static str>,
     /// What it decides.
-    pub about: &'static str,
+    pub(crate) about: &'static str,
     /// What it may be.
-    pub takes: Takes,
+    pub(crate) takes: Takes,
     /// Whether the device cannot be without it.
-    pub required: bool,
+    pub(crate) required: bool,
 }
 
 /// What a [`Choice`] may be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Takes {
+pub(crate) enum Takes {
     /// One of these words or numbers, and which it is unless given.
     OneOf(&'static [&'static str], Option<&'static str>),
     /// Up to four hexadecimal digits.
@@ -253,13 +253,13 @@ impl Choices {
 
 /// A point on which the manual of a device contradicts itself or leaves a choice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct QuirkRow {
+pub(crate) struct QuirkRow {
     /// Its name in `NAME=VALUE`.
-    pub name: &'static str,
+    pub(crate) name: &'static str,
     /// What it decides.
-    pub about: &'static str,
+    pub(crate) about: &'static str,
     /// What it may be; the first is the default.
-    pub values: &'static [&'static str],
+    pub(crate) values: &'static [&'static str],
 }
 
 /// The rows of a table.

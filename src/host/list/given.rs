@@ -2,7 +2,7 @@
 
 /// A value as it is written on the command line, in TOML or in JSON.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Given {
+pub(crate) enum Given {
     /// `true`, `false`, or a word of the command line that stands alone.
     Flag(bool),
     /// A number.

@@ -7,7 +7,7 @@ use crate::profibus::fdl::Address;
 
 /// By which option, table or route devices are given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Group {
+pub(crate) enum Group {
     /// Drives with a model of their own, on PROFIBUS: `--drive`.
     Drive,
     /// Drives of the profile, on PROFIBUS: `--ppo-drive`.
@@ -22,7 +22,8 @@ pub enum Group {
 
 impl Group {
     /// Every group.
-    pub const ALL: [Self; 5] = [Self::Drive, Self::PpoDrive, Self::Profidrive, Self::Station, Self::Node];
+    pub(crate) const ALL: [Self; 5] =
+        [Self::Drive, Self::PpoDrive, Self::Profidrive, Self::Station, Self::Node];
 
     /// Its table in TOML; with `--` its option.
     pub(crate) const fn name(self) -> &'static str {

@@ -21,7 +21,7 @@ mod choice;
 mod given;
 mod group;
 pub(crate) mod inputs;
-pub mod named;
+pub(crate) mod named;
 #[cfg(feature = "eds")]
 pub(crate) mod node_files;
 #[cfg(test)]
@@ -42,13 +42,15 @@ mod wrong;
 use core::fmt;
 use std::path::Path;
 
-pub use choice::{Choice, Choices, QuirkRow, Takes};
-pub use given::Given;
-pub use group::Group;
+pub use choice::Choices;
+pub(crate) use choice::{Choice, QuirkRow, Takes};
+pub(crate) use given::Given;
+pub(crate) use group::Group;
+pub use slaves::Ground;
 pub(crate) use slaves::records_of_file;
-pub use slaves::{Ground, MakeError, Prepared, Slave, ppo, table_of_file};
+pub(crate) use slaves::{MakeError, Prepared, Slave, ppo, table_of_file};
 pub use spec::Spec;
-pub use wrong::Wrong;
+pub(crate) use wrong::Wrong;
 
 use crate::devices::ag03;
 use crate::devices::ag03::canopen::Ag03Node;
@@ -64,7 +66,7 @@ use crate::profibus::fdl::Rates;
 use choice::rows;
 
 /// Every device; of a group the usual one first.
-pub static DEVICES: &[Device] = &[
+pub(crate) static DEVICES: &[Device] = &[
     Device::Slave(Slave {
         name: "ag03-1",
         group: Group::Drive,
@@ -315,7 +317,7 @@ fn level(choices: &Choices) -> Level {
 }
 
 /// A device that can be emulated, on the bus that it is made for.
-pub enum Device {
+pub(crate) enum Device {
     /// On PROFIBUS.
     Slave(Slave),
     /// On CANopen.
@@ -325,11 +327,11 @@ pub enum Device {
 }
 
 /// A device on CANopen that a file describes.
-pub struct NodeFile {
+pub(crate) struct NodeFile {
     /// Its name on the command line.
-    pub name: &'static str,
+    pub(crate) name: &'static str,
     /// What can be chosen about it.
-    pub choices: &'static [Choice],
+    pub(crate) choices: &'static [Choice],
     /// The number that a configuration file gives its node.
     number: fn(&Path) -> Result<Option<u8>, String>,
     /// The device of the file that is chosen.
@@ -394,11 +396,6 @@ impl Device {
             Self::NodeFile(file) => Some(file),
             Self::Slave(_) | Self::Node(_) => None,
         })
-    }
-
-    /// Every device on CANopen that needs no file.
-    pub fn products() -> impl Iterator<Item = &'static Product> {
-        DEVICES.iter().filter_map(Self::product)
     }
 }
 

@@ -30,12 +30,12 @@ use crate::profibus::ppo::PpoType;
 use crate::time::{BaudRate, Instant};
 
 /// A device on PROFIBUS.
-pub struct Slave {
+pub(crate) struct Slave {
     /// Its name on the command line.
-    pub name: &'static str,
+    pub(crate) name: &'static str,
     pub(super) group: Group,
     /// What can be chosen about it.
-    pub choices: &'static [Choice],
+    pub(crate) choices: &'static [Choice],
     /// What `profidrive demo` plays; nothing: it is not offered there.
     pub(crate) story: &'static [SlaveAct],
     /// Its control and status word in names, for `profidrive encode`.
@@ -45,15 +45,15 @@ pub struct Slave {
 }
 
 /// A device whose specification is right.
-pub struct Prepared {
+pub(crate) struct Prepared {
     /// What it is, for the log.
-    pub about: String,
+    pub(crate) about: String,
     /// Its file, if it has one.
-    pub station: Option<Station>,
+    pub(crate) station: Option<Station>,
     /// What moves its inputs.
-    pub inputs: Vec<Input>,
+    pub(crate) inputs: Vec<Input>,
     /// Which switches its inputs turn.
-    pub watched: Vec<(Point, Condition, Switch)>,
+    pub(crate) watched: Vec<(Point, Condition, Switch)>,
     make: Box<Make>,
 }
 
@@ -90,7 +90,7 @@ pub struct Ground<'a> {
 
 /// Why a device cannot be made.
 #[derive(Debug, Error)]
-pub enum MakeError {
+pub(crate) enum MakeError {
     /// Its memory cannot be used.
     #[error(transparent)]
     State(#[from] StateDirError),
@@ -382,7 +382,7 @@ pub(super) fn ppo_drive(spec: &Spec) -> Result<Prepared, Wrong> {
 }
 
 /// The type of a PPO by its number.
-pub fn ppo(number: &str) -> Option<PpoType> {
+pub(crate) fn ppo(number: &str) -> Option<PpoType> {
     Some(match number {
         "1" => PpoType::Ppo1,
         "2" => PpoType::Ppo2,
@@ -480,7 +480,7 @@ pub(crate) fn records_of_file(file: &Path) -> Result<StationRecords, String> {
 /// # Errors
 /// What is wrong with it, with its name.
 #[cfg(feature = "parameters")]
-pub fn table_of_file(file: &Path) -> Result<Table, String> {
+pub(crate) fn table_of_file(file: &Path) -> Result<Table, String> {
     let table = of_file(file, Table::from_toml, Table::from_csv)?;
     try_out(&table).map_err(|words| format!("{}: {words}", file.display()))?;
     Ok(table)
@@ -509,7 +509,7 @@ pub(super) fn of_file<T>(
 /// # Errors
 /// That.
 #[cfg(not(feature = "parameters"))]
-pub fn table_of_file(file: &Path) -> Result<Table, String> {
+pub(crate) fn table_of_file(file: &Path) -> Result<Table, String> {
     Err(no_tables(file))
 }
 

@@ -25,11 +25,11 @@ fn number_of_file(text: &str, group: Group) -> Result<String, Wrong> {
 #[derive(Clone, Debug)]
 pub struct Spec {
     /// Which.
-    pub device: &'static Device,
+    pub(crate) device: &'static Device,
     /// Its address, or its node number.
-    pub place: u8,
+    pub(crate) place: u8,
     /// What is chosen.
-    pub choices: Choices,
+    pub(crate) choices: Choices,
 }
 
 impl Spec {

@@ -5,13 +5,13 @@ use thiserror::Error;
 /// What is wrong with a specification, and at which key.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{words}")]
-pub struct Wrong {
+pub(crate) struct Wrong {
     /// The keys from the outside in, `values` and `v-Pos`, or the place in a list; empty: the whole specification.
-    pub path: Vec<String>,
+    pub(crate) path: Vec<String>,
     /// Whether the key itself is wrong, not its value.
-    pub is_key: bool,
+    pub(crate) is_key: bool,
     /// What is wrong, and what to do.
-    pub words: String,
+    pub(crate) words: String,
 }
 
 impl Wrong {

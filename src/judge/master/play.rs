@@ -194,7 +194,7 @@ impl Judge {
 
     /// It ends with the first row that is broken, by a failure or a warning.
     #[must_use]
-    pub const fn until_breach(mut self) -> Self {
+    pub(crate) const fn until_breach(mut self) -> Self {
         self.hasty = true;
         self
     }
@@ -239,12 +239,12 @@ impl Judge {
 
     /// What is tried now, once.
     #[must_use]
-    pub fn poll_progress(&mut self) -> Option<Progress> {
+    pub(crate) fn poll_progress(&mut self) -> Option<Progress> {
         self.progress.take()
     }
 
     /// Whether a reply is held back now: who runs the line looks often.
-    pub const fn is_waiting(&self) -> bool {
+    pub(crate) const fn is_waiting(&self) -> bool {
         self.observer.held_back
     }
 

@@ -37,7 +37,7 @@ impl Report {
     ///
     /// It has the worst verdict on each row, with the rate in its reason. M-B01: what passes at one rate fails at no
     /// other, and data are exchanged at each; M-B02: the same for the rows of timing; M-B03: the watchdog time is the same.
-    pub fn over_rates(runs: &[(BaudRate, Self)], wanted: &[Row]) -> Option<Self> {
+    pub(crate) fn over_rates(runs: &[(BaudRate, Self)], wanted: &[Row]) -> Option<Self> {
         let worst_run = runs.iter().find(|(_, run)| !run.ending.is_complete()).or(runs.first())?;
         let judgements = wanted.iter().filter_map(|row| {
             let is_own = OWN.contains(row) && runs.len() > 1;

@@ -524,7 +524,7 @@ impl Row {
 
     /// Whether a breach is a warning and no failure: the sources are not sure of the rule or of what breaks it, or it is good
     /// practice only.
-    pub const fn only_warns(self) -> bool {
+    pub(crate) const fn only_warns(self) -> bool {
         let about = self.about();
         let of_breach = matches!(self, Self::K05 | Self::O12 | Self::R05 | Self::R06 | Self::S02 | Self::Z03);
         of_breach || matches!(about.confidence, Confidence::U) || about.priority == 3

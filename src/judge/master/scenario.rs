@@ -218,7 +218,7 @@ impl Scenario {
     }
 
     /// Whether it says something of one of these rows. One that is for no row in particular says something of all.
-    pub fn is_for(&self, wanted: &[Row]) -> bool {
+    pub(crate) fn is_for(&self, wanted: &[Row]) -> bool {
         let mut rows = self.rows.iter().chain(&self.returns).peekable();
         rows.peek().is_none() || rows.any(|row| wanted.contains(row))
     }
@@ -227,7 +227,7 @@ impl Scenario {
     ///
     /// # Errors
     /// The first that is not.
-    pub fn check_stations(&self, setup: &Setup) -> Result<(), MissingStation> {
+    pub(crate) fn check_stations(&self, setup: &Setup) -> Result<(), MissingStation> {
         let there: Vec<Address> = setup.present().map(|slave| slave.address).collect();
         let missing = |station| MissingStation { station, there: there.clone() };
         if let Which::At(station) = self.station

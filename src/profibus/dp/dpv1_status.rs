@@ -42,7 +42,7 @@ octet_bits! {
 const ALARM_MODE: u8 = 0x07;
 
 /// How many alarms the master takes at once; `None`: one of each type.
-pub const fn alarm_limit(status_3: u8) -> Option<u8> {
+pub(crate) const fn alarm_limit(status_3: u8) -> Option<u8> {
     match status_3 & ALARM_MODE {
         1 => Some(2),
         2 => Some(4),

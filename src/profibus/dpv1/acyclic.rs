@@ -151,7 +151,7 @@ impl<const CONNECTIONS: usize, const ALARMS: usize> Acyclic<CONNECTIONS, ALARMS>
     }
 
     /// What a master has to do first before it can use MS1, and the alarms that wait for it.
-    pub fn each_obstacle<A: Application>(&self, slave: &Slave<A>, tell: &mut dyn FnMut(Obstacle)) {
+    pub(crate) fn each_obstacle<A: Application>(&self, slave: &Slave<A>, tell: &mut dyn FnMut(Obstacle)) {
         if self.offer.ms1.is_some() || self.offer.alarms.types != 0 {
             match slave.state() {
                 State::DataExch if is_enabled(slave) => {}
@@ -238,7 +238,7 @@ impl<const CONNECTIONS: usize, const ALARMS: usize> Acyclic<CONNECTIONS, ALARMS>
     }
 
     /// Forgets every alarm, as if none had been raised.
-    pub fn forget_alarms<A: Application>(&mut self, station: &mut Station<A>) {
+    pub(crate) fn forget_alarms<A: Application>(&mut self, station: &mut Station<A>) {
         self.alarms.forget();
         if matches!(self.front, Front::Alarm(_)) {
             self.front = Front::Nothing;

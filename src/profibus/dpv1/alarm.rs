@@ -85,7 +85,7 @@ impl AlarmType {
     }
 
     /// The bit of DPV1_Status_2 that enables it; `None`: it never comes.
-    pub const fn enabled_by(self) -> Option<Status2> {
+    pub(crate) const fn enabled_by(self) -> Option<Status2> {
         Some(match self {
             Self::Diagnostic => Status2::Diagnostic,
             Self::Process => Status2::Process,

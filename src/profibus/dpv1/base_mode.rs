@@ -70,7 +70,7 @@ pub struct Head {
 
 impl Head {
     /// Reads the head of a request and what is behind it.
-    pub const fn of_request(octets: &[u8]) -> Option<(Self, &[u8])> {
+    pub(crate) const fn of_request(octets: &[u8]) -> Option<(Self, &[u8])> {
         let [reference, id, axis, parameters, rest @ ..] = octets else { return None };
         let service = Service::numbered(*id);
         Some((
@@ -312,7 +312,7 @@ impl ParameterError {
     }
 
     /// Whether its second word is a sub-index.
-    pub const fn names_subindex(self) -> bool {
+    pub(crate) const fn names_subindex(self) -> bool {
         matches!(self.0, 0x01..=0x03 | 0x06 | 0x07 | 0x14)
     }
 }

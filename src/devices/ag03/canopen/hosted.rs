@@ -27,7 +27,7 @@ impl Ag03Node {
 
     /// The oldest event of the drive behind the node not taken yet; with `std`, [`CanopenDevice::poll_event`] has them, too.
     #[must_use]
-    pub fn poll_drive_event(&mut self) -> Option<Event> {
+    pub(crate) fn poll_drive_event(&mut self) -> Option<Event> {
         self.part.poll_event()
     }
 }

@@ -31,6 +31,8 @@
 
 mod entry;
 mod in_words;
+#[cfg(test)]
+pub(crate) mod live;
 mod model;
 pub(crate) mod on_canopen;
 mod quirks;

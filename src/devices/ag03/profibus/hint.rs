@@ -21,7 +21,7 @@ use crate::time::Instant;
 pub(super) mod watch;
 
 /// The same kind of hint is not said again by the same station in this time.
-pub const PAUSE: Duration = Duration::from_secs(60);
+pub(crate) const PAUSE: Duration = Duration::from_secs(60);
 
 /// Something odd about a station. `Display` is one line of plain English: what, where, and what to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -38,7 +38,7 @@ macro_rules! telegrams {
             }),*];
 
             /// Their numbers as words.
-            pub const WORDS: &'static [&'static str] = &[$(stringify!($number)),*];
+            pub(crate) const WORDS: &'static [&'static str] = &[$(stringify!($number)),*];
         }
     };
 }

@@ -62,7 +62,7 @@ pub enum Ending {
 
 impl Ending {
     /// Whether everything that was to be tried was tried, and a recording was read to its end.
-    pub fn is_complete(&self) -> bool {
+    pub(crate) fn is_complete(&self) -> bool {
         matches!(self.standing(), Standing::Tried | Standing::Read)
     }
 }

@@ -9,7 +9,7 @@ use crate::time::Instant;
 impl Judge {
     /// What the master is to be asked for now, as `--ask` takes it.
     #[must_use]
-    pub fn poll_ask(&mut self) -> Option<String> {
+    pub(crate) fn poll_ask(&mut self) -> Option<String> {
         self.ask.take()
     }
 

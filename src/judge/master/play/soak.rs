@@ -41,7 +41,7 @@ impl Soak {
 impl Judge {
     /// When everything was tried once, scenarios are repeated at random for so long. The same seed repeats the same ones.
     #[must_use]
-    pub fn soaking(mut self, lasts: Duration, seed: u64) -> Self {
+    pub(crate) fn soaking(mut self, lasts: Duration, seed: u64) -> Self {
         self.soak = Some(Soak::new(lasts, seed));
         self
     }

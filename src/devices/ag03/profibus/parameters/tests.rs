@@ -3,33 +3,13 @@ mod every_number_and_job;
 use proptest::prelude::*;
 
 use super::*;
+use crate::devices::ag03::param::live::live;
 use crate::devices::ag03::param::{Effect, Gear, Parameter, Reading};
 use crate::profibus::pkw::{Config, Engine, ErrorNumber, Refusal, SubindexOctet};
 use crate::profibus::ppo::{Ind, JobId, Pke, Pkw, ReplyId};
 
 const STILL: WriteContext = WriteContext { moving: false, job_active: false };
 const TRAVELLING: WriteContext = WriteContext { moving: true, job_active: true };
-
-/// What the drive shows.
-fn live(reading: Reading, element: Subindex) -> i32 {
-    match reading {
-        Reading::Address => 5,
-        Reading::FaultBuffer => b"GFEABCD\0\0\0"[usize::from(element.0)].into(),
-        Reading::FaultCount => 7,
-        Reading::SystemStatus => 0x2948,
-        Reading::Temperature => -25,
-        Reading::MotorCurrent => 1234,
-        Reading::GeneralStatus => 0x0010,
-        Reading::Position => -5000,
-        Reading::OutputStageVoltage => 240,
-        Reading::ControlVoltage => 238,
-        Reading::BatteryVoltage => 361,
-        Reading::HardwareVersion
-        | Reading::SoftwareVersion
-        | Reading::SerialNumber
-        | Reading::ProductionDate => panic!("the store knows {reading:?}"),
-    }
-}
 
 /// A PKW of four words, as the manuals print it.
 fn words(pke: u16, ind: u16, pwe_high: u16, pwe_low: u16) -> Pkw {
