@@ -47,8 +47,40 @@ pub(crate) struct V1Line {
     pub(crate) now: Instant,
     pub(crate) events: Vec<Event>,
     pub(crate) dp_events: Vec<dp::Event>,
+    /// When the last telegram was heard.
+    pub(crate) heard: Instant,
     frame_counts: HashMap<u8, FrameCount>,
     last: Vec<u8>,
+}
+
+/// What a master sends to the slave and wants a reply to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Request {
+    pub(crate) sa: u8,
+    /// DSAP and SSAP; Data_Exchange has none.
+    pub(crate) saps: Option<(u8, u8)>,
+    pub(crate) service: Service,
+    pub(crate) count: FrameCount,
+    pub(crate) data: Vec<u8>,
+}
+
+impl Request {
+    pub(crate) fn octets(&self) -> Vec<u8> {
+        telegram((SLAVE, self.sa), self.saps, FunctionCode::request(self.service, self.count), &self.data)
+    }
+}
+
+fn telegram((da, sa): (u8, u8), saps: Option<(u8, u8)>, fc: FunctionCode, data: &[u8]) -> Vec<u8> {
+    let (dsap, ssap) = saps.map(|(dsap, ssap)| (Sap::new(dsap), Sap::new(ssap))).unwrap_or_default();
+    let format = DataTelegram::customary_format(dsap, ssap, data);
+    let (da, sa) = (Address::from_octet(da), Address::from_octet(sa));
+    DataTelegram { format, da, sa, dsap, ssap, fc, data }.encode(&mut [0; 255]).unwrap().to_vec()
+}
+
+/// Global_Control of a master to all.
+pub(crate) fn global_control(master: u8, command: u8) -> Vec<u8> {
+    let fc = FunctionCode::request(Service::SdnHigh, FrameCount::Unused);
+    telegram((Address::BROADCAST.number(), master), Some((58, 62)), fc, &[command, 0])
 }
 
 impl V1Line {
@@ -66,6 +98,7 @@ impl V1Line {
             now: Instant::from_millis(1),
             events: Vec::new(),
             dp_events: Vec::new(),
+            heard: Instant::ZERO,
             frame_counts: HashMap::new(),
             last: Vec::new(),
         }
@@ -109,6 +142,7 @@ impl V1Line {
     /// Sends octets and returns those that come back.
     pub(crate) fn send(&mut self, octets: &[u8]) -> Option<Vec<u8>> {
         self.wait(BAUD.bit_times(100));
+        self.heard = self.now;
         let Decoded::Telegram { telegram, .. } = decode(octets) else { panic!("{octets:02X?}") };
         let Self { station, acyclic, records, now, .. } = self;
         self.dp_events.extend(acyclic.handle_telegram(station, records, *now, &telegram).event);
@@ -141,18 +175,8 @@ impl V1Line {
             Some(FrameCount::Even) => FrameCount::Odd,
         };
         self.frame_counts.insert(master, count);
-        let (dsap, ssap) = saps.map(|(dsap, ssap)| (Sap::new(dsap), Sap::new(ssap))).unwrap_or_default();
-        let telegram = DataTelegram {
-            format: DataTelegram::customary_format(dsap, ssap, data),
-            da: Address::from_octet(SLAVE),
-            sa: Address::from_octet(master),
-            dsap,
-            ssap,
-            fc: FunctionCode::request(service, count),
-            data,
-        };
-        let octets = telegram.encode(&mut [0; 255]).unwrap().to_vec();
-        answer(self.send(&octets))
+        let request = Request { sa: master, saps, service, count, data: data.to_vec() };
+        answer(self.send(&request.octets()))
     }
 
     /// A service of DP-V0.
@@ -162,17 +186,7 @@ impl V1Line {
 
     /// Global_Control of the owner to all.
     pub(crate) fn control(&mut self, command: u8) {
-        let (dsap, ssap, data) = (Sap::new(58), Sap::new(62), [command, 0]);
-        let telegram = DataTelegram {
-            format: DataTelegram::customary_format(dsap, ssap, &data),
-            da: Address::BROADCAST,
-            sa: Address::from_octet(OWNER),
-            dsap,
-            ssap,
-            fc: FunctionCode::request(Service::SdnHigh, FrameCount::Unused),
-            data: &data,
-        };
-        let octets = telegram.encode(&mut [0; 255]).unwrap().to_vec();
+        let octets = global_control(OWNER, command);
         assert_eq!(self.send(&octets), None);
         assert!(self.dp_events.iter().any(|event| matches!(event, dp::Event::Controlled { .. })));
     }

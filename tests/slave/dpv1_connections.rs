@@ -118,6 +118,21 @@ fn an_answer_that_nobody_fetches_frees_its_place() {
 }
 
 #[test]
+fn v1_r73_abort_ends_a_connection_whose_initiate_is_not_answered_yet() {
+    for initiate in [&INITIATE[..], &INITIATE[..19]] {
+        let mut line = V1Line::new(FULL);
+        assert_eq!(line.ask_ms2(OTHER, 49, initiate)[1], 48);
+        assert_eq!(line.ms2(OTHER, 48, &[0x58, 0, 0x20]), Answer::Sc);
+        assert_eq!(line.ms2(OTHER, 48, &[]), RS);
+        assert_eq!(
+            line.events.last().unwrap().to_string(),
+            "the connection of master 3 at SAP 48 has ended: the master closed it"
+        );
+        assert_eq!(open(&mut line, 4), 48, "it can be had again");
+    }
+}
+
+#[test]
 fn v1_r75_v1_r76_as_many_connections_as_there_are_each_for_its_master() {
     let mut line = V1Line::new(FULL);
     assert_eq!((open(&mut line, OTHER), open(&mut line, 4)), (48, 47));

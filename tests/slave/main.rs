@@ -70,6 +70,7 @@ mod dp_states;
 mod dpv1;
 mod dpv1_client;
 mod dpv1_connections;
+mod dpv1_walk;
 mod drive_behaviour;
 mod drive_faults;
 mod drive_log;

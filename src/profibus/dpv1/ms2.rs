@@ -172,6 +172,14 @@ impl<const N: usize> ResourceManager<N> {
             return None;
         }
         let master = request.sa;
+        let is_handed_out = matches!(connection.phase, Phase::Answering(_) | Phase::Open);
+        if let (true, Ok(RequestPdu::Abort(Abort { reason, .. }))) =
+            (is_handed_out, RequestPdu::parse(request.data))
+        {
+            connection.free();
+            let event = Event::Ended { master, sap, why: Closed::Aborted(reason) };
+            return Some((Reply::ShortAcknowledge, Some(event)));
+        }
         match connection.phase {
             Phase::Free | Phase::Offered(_) => None,
             Phase::Answering(_) if !request.data.is_empty() => Some((Reply::NoResource, None)),
@@ -187,11 +195,6 @@ impl<const N: usize> ResourceManager<N> {
                 Some((connection.fetched(), Some(event)))
             }
             Phase::Open => {
-                if let Ok(RequestPdu::Abort(Abort { reason, .. })) = RequestPdu::parse(request.data) {
-                    connection.free();
-                    let event = Event::Ended { master, sap, why: Closed::Aborted(reason) };
-                    return Some((Reply::ShortAcknowledge, Some(event)));
-                }
                 // A poll alone keeps no connection.
                 if !request.data.is_empty() || connection.server.is_busy() {
                     connection.heard(now);
