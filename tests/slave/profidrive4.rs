@@ -42,9 +42,13 @@ fn configuration(telegram: &Telegram) -> Vec<u8> {
 impl Rig {
     /// In Data_Exchange.
     fn started(number: u16) -> Self {
-        let telegram = Telegram::numbered(number).unwrap();
+        Self::started_with(Telegram::numbered(number).unwrap())
+    }
+
+    fn started_with(telegram: &'static Telegram) -> Self {
         let configuration: &'static [u8] = configuration(telegram).leak();
-        let all = Telegram::ALL.iter().map(|telegram| &*self::configuration(telegram).leak());
+        let all = Telegram::ALL.iter().filter(|telegram| telegram.number != 999).chain([telegram]);
+        let all = all.map(|telegram| &*self::configuration(telegram).leak());
         let configurations = all.collect::<Vec<_>>().leak();
         let application = Fixed { configurations, ..Fixed::PLAIN };
         let description =
@@ -63,7 +67,7 @@ impl Rig {
         let [high, low] = IDENT_NUMBER.to_be_bytes();
         rig.ask(OWNER, Some((61, 62)), &[0x88, 10, 10, 11, high, low, 0, 0x80, 0, 0]);
         rig.ask(OWNER, Some((62, 62)), configuration);
-        assert_eq!(rig.drive.slave().state(), DpState::DataExch, "telegram {number}");
+        assert_eq!(rig.drive.slave().state(), DpState::DataExch, "telegram {}", telegram.number);
         rig
     }
 
@@ -461,4 +465,67 @@ fn telegrams_with_pkw_read_and_change_parameters_beside_the_process_data() {
         assert_eq!(rig.value(&inputs, Signal::Zsw1) & 0x07, 0x07);
         assert!(rig.value(&inputs, Signal::NistAGlatt).abs_diff(0x2000) < 0x80);
     }
+}
+
+/// Changes elements of 915 or 916 from the first one on: what is answered behind the head.
+fn choose(rig: &mut Rig, pnu: u16, first: u8, numbers: &[u8]) -> Vec<u8> {
+    let [high, low] = pnu.to_be_bytes();
+    let count = u8::try_from(numbers.len()).unwrap();
+    let head = [1, 2, 1, 1, 0x10, count, high, low, 0, first, 6, count];
+    let values: Vec<u8> = numbers.iter().flat_map(|number| [0, *number]).collect();
+    let response = rig.parameter(&[&head[..], &values].concat());
+    assert_eq!((response[0], response[2..4].to_vec()), (1, vec![1, 1]));
+    response[4..].to_vec()
+}
+
+fn chosen(rig: &mut Rig, pnu: u16, count: u8) -> Vec<u8> {
+    let [high, low] = pnu.to_be_bytes();
+    let response = rig.parameter(&[1, 1, 1, 1, 0x10, count, high, low, 0, 0]);
+    response[6..].chunks(2).map(|word| word[1]).collect()
+}
+
+#[test]
+fn the_master_chooses_the_signals_of_telegram_999() {
+    use Signal::{Free, MistGlatt, NistA, NistB, NsollA, Stw1, Zsw1};
+    let telegram: &'static Telegram = Box::leak(Box::new(Telegram {
+        setpoints: vec![Free, Stw1, NsollA].into(),
+        actual_values: vec![Zsw1, NistA, NistB, MistGlatt].into(),
+        ..Telegram::numbered(999).unwrap().clone()
+    }));
+    let mut rig = Rig::started_with(telegram);
+    // Of a new drive: STW1 and ZSW1.
+    assert_eq!((chosen(&mut rig, 915, 3), chosen(&mut rig, 916, 5)), (vec![1, 0, 0], vec![2, 0, 0, 0, 0]));
+    assert_eq!(choose(&mut rig, 915, 0, &[0, 1, 5]), [0; 0]);
+    assert_eq!(choose(&mut rig, 916, 1, &[6, 8, 8, 53]), [0; 0]);
+    assert_eq!((chosen(&mut rig, 915, 3), chosen(&mut rig, 916, 5)), (vec![0, 1, 5], vec![2, 6, 8, 8, 53]));
+    assert_eq!(rig.drive.telegram().as_ref(), Some(telegram));
+    // Signals of the other way, none at all, and elements that the configuration does not have.
+    assert_eq!(choose(&mut rig, 915, 2, &[6]), [0x44, 2, 0, 0x14, 0, 2]);
+    assert_eq!(choose(&mut rig, 916, 1, &[5]), [0x44, 2, 0, 0x14, 0, 1]);
+    assert_eq!(choose(&mut rig, 915, 3, &[1]), [0x44, 2, 0, 3, 0, 3]);
+    rig.run(5, &[0, OFF1, 0]);
+    let inputs = rig.run(1500, &[0, RUN, 0x2000]);
+    assert_eq!(rig.value(&inputs, Zsw1) & 0x07, 0x07);
+    assert!(rig.value(&inputs, NistA).abs_diff(0x2000) < 0x20, "{inputs:02X?}");
+    assert!((rig.value(&inputs, NistB) >> 16).abs_diff(0x2000) < 0x20, "{inputs:02X?}");
+    assert_eq!(choose(&mut rig, 915, 2, &[0]), [0x44, 1, 0, 0x11], "the drive is switched on");
+    rig.run(2000, &[0, OFF1, 0]);
+    // Stored, and there behind a reset; gone with the settings of a new drive.
+    let switch = |rig: &mut Rig, pnu: u16| {
+        let [high, low] = pnu.to_be_bytes();
+        let changed = rig.parameter(&[1, 2, 1, 1, 0x10, 1, high, low, 0, 0, 6, 1, 0, 1]);
+        assert_eq!(changed, [1, 2, 1, 1], "{pnu}");
+    };
+    switch(&mut rig, 971);
+    assert_eq!(choose(&mut rig, 915, 0, &[1, 0, 0]), [0; 0]);
+    switch(&mut rig, 972);
+    assert_eq!(chosen(&mut rig, 915, 3), [0, 1, 5]);
+    switch(&mut rig, 976);
+    assert_eq!((chosen(&mut rig, 915, 3), chosen(&mut rig, 916, 5)), (vec![1, 0, 0], vec![2, 0, 0, 0, 0]));
+    // A signal of two words that stands once is none.
+    assert_eq!(choose(&mut rig, 916, 1, &[8, 6, 0, 8]), [0; 0]);
+    let inputs = rig.run(5, &[0, 0, 0]);
+    assert_eq!((&inputs[2..4], &inputs[8..10]), (&[0, 0][..], &[0, 0][..]));
+    let mut rig = Rig::started(1);
+    assert_eq!(choose(&mut rig, 915, 1, &[0]), [0x44, 2, 0, 1, 0, 1], "telegram 1 has its signals");
 }

@@ -93,7 +93,7 @@ impl pkw::Parameters for Channel<'_> {
             return Err(JobError::WrongWidth { expected, got: given.width() });
         }
         let new = value::of_bits(entry.format, given.bits());
-        let checked = self.parameters.check_writable(entry, place);
+        let checked = self.parameters.check_writable(entry, self.known, place);
         let checked = checked.and_then(|()| self.parameters.check_value(entry, place, new));
         checked.map_err(|wrong| self.cause(entry, wrong, new))?;
         self.parameters.set(pnu, place, new);

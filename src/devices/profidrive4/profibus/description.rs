@@ -242,7 +242,7 @@ impl<A: Application + 'static> Description for ProfidriveDevice<TelegramOnly<A>>
 
     fn each_word(&self, tell: &mut dyn FnMut(Word<'_>)) {
         let usual = Telegram::numbered(1);
-        let Some(telegram) = self.telegram().or(usual) else { return };
+        let Some(telegram) = &self.telegram().or(usual.cloned()) else { return };
         let (outputs, inputs) = (self.slave().outputs(), self.slave().inputs());
         let setpoints = telegram.setpoints.iter().map(|signal| (signal, telegram.setpoint(outputs, *signal)));
         let actual =
@@ -276,10 +276,11 @@ impl<A: Application + 'static> Description for ProfidriveDevice<TelegramOnly<A>>
     fn each_exchange(&self, tell: &mut dyn FnMut(Exchange<'_>)) {
         let telegram = self.telegram();
         let (outputs, inputs) = (self.slave().outputs(), self.slave().inputs());
-        let signals = |from_master: bool| {
-            let all = telegram
-                .map(|telegram| if from_master { telegram.setpoints } else { telegram.actual_values });
-            all.unwrap_or_default()
+        let telegram = telegram.as_ref();
+        let signals = |from_master: bool| match telegram {
+            Some(telegram) if from_master => &*telegram.setpoints,
+            Some(telegram) => &*telegram.actual_values,
+            None => &[],
         };
         for (key, name, from_master, octets) in
             [("outputs", "Setpoints", true, outputs), ("inputs", "Actual values", false, inputs)]
@@ -337,11 +338,15 @@ impl<A: Application + 'static> Description for ProfidriveDevice<TelegramOnly<A>>
                 value: &value,
                 say: &|element, say| say_value(entry, value(element), say),
                 choices: &[],
-                access: if entry.writable { ParameterAccess::ReadWrite } else { ParameterAccess::ReadOnly },
+                access: if entry.is_writable(&known) {
+                    ParameterAccess::ReadWrite
+                } else {
+                    ParameterAccess::ReadOnly
+                },
                 low: Some(low),
                 high: Some(high),
                 usual: None,
-                kept: entry.is_kept(),
+                kept: entry.is_kept() || entry.way().is_some(),
                 writable_when: "",
             });
         }
@@ -366,7 +371,7 @@ impl<A: Application + 'static> Description for ProfidriveDevice<TelegramOnly<A>>
         let place = u16::from(element.unwrap_or(0));
         let checked = self.parameters.table.entry(number).ok_or((ParameterError(0), 0)).and_then(|entry| {
             self.parameters.check_elements(entry, &known, (place, 1))?;
-            self.parameters.check_writable(entry, place)?;
+            self.parameters.check_writable(entry, &known, place)?;
             self.parameters.check_value(entry, place, value)?;
             // As it would come by the bus.
             Ok(value::of_bits(entry.format, value::bits(entry.format, value)))

@@ -7,6 +7,7 @@
 //! | --- | --- |
 //! | `signal`, `telegram` | the signals of process data, and which of them a telegram has |
 //! | [`bits`], `words` | their bits; what they command and say |
+//! | `free` | telegram 999, whose signals the master chooses |
 //! | `family` | [`Family`]: the parameters that a drive begins with |
 //! | `application` | [`TelegramOnly`]: a configuration must be a telegram |
 //! | `table` | every parameter, as a row |
@@ -24,6 +25,7 @@ mod channel;
 mod description;
 mod event;
 mod family;
+mod free;
 mod memory;
 mod parameters;
 mod records;
@@ -157,9 +159,10 @@ impl<A: Application> ProfidriveDevice<TelegramOnly<A>> {
     }
 
     /// The telegram in force; `None`: no configuration is accepted.
-    pub fn telegram(&self) -> Option<&'static Telegram> {
+    pub fn telegram(&self) -> Option<Telegram> {
         let only = self.slave().application().only;
-        self.slave().accepted_configuration().and_then(|octets| Telegram::of_configuration(octets, only))
+        let configuration = self.slave().accepted_configuration()?;
+        Some(self.parameters.free.fill(Telegram::of_configuration(configuration, only)?))
     }
 
     /// Control word 1 that was seen last; 0 without Data_Exchange.
@@ -169,7 +172,7 @@ impl<A: Application> ProfidriveDevice<TelegramOnly<A>> {
 
     /// Status word 1 as it is offered to the master.
     pub fn zsw1(&self) -> u16 {
-        words::zsw1(self.telegram(), self.drive())
+        words::zsw1(self.telegram().as_ref(), self.drive())
     }
 
     fn known(&self) -> Known {
@@ -272,7 +275,7 @@ impl<A: Application> ProfidriveDevice<TelegramOnly<A>> {
         let telegram = self.telegram().filter(|_| self.exchanging);
         let before = self.command;
         let mut is_new = false;
-        match telegram {
+        match &telegram {
             Some(telegram) => {
                 let outputs = self.slave().outputs().to_vec();
                 is_new = self.watch_life(telegram, &outputs);
@@ -301,7 +304,7 @@ impl<A: Application> ProfidriveDevice<TelegramOnly<A>> {
                 self.parameters.drive.step(due, None);
             }
         }
-        if let Some(telegram) = telegram {
+        if let Some(telegram) = &telegram {
             let reply = self.answer(telegram);
             let (drive, life) = (&self.parameters.drive, self.life.own);
             let inputs = telegram.inputs(reply, |signal| words::actual(telegram, drive, life, signal));

@@ -1,5 +1,6 @@
 //! The values of the parameters: where each is read, and what a write does.
 
+use super::free::{self, Free};
 use super::table::{Actual, Entry, Profile, Source, Table};
 use super::telegram::Telegram;
 use super::{signal::Signal, value};
@@ -21,6 +22,7 @@ pub(super) const NO_ARRAY: ParameterError = ParameterError(0x04);
 pub(super) const ONLY_ZERO: ParameterError = ParameterError(0x06);
 pub(super) const NO_RIGHT: ParameterError = ParameterError(0x0B);
 const NOT_IN_THIS_STATE: ParameterError = ParameterError(0x11);
+pub(super) const NOT_PERMITTED: ParameterError = ParameterError(0x14);
 
 /// The profile of drives, and version 4.2 of it (PNU 965).
 const PROFILE: [u8; 2] = [3, 0x2A];
@@ -37,14 +39,28 @@ const ENCODER: [u32; 2] = [0x0000_5112, 0xC000_0002];
 const BUFFER: [u16; 2] = [8, 8];
 
 /// What the drive alone does not know.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Known {
     pub(super) address: Address,
     pub(super) baud: BaudRate,
     pub(super) ident: u16,
-    pub(super) telegram: Option<&'static Telegram>,
+    pub(super) telegram: Option<Telegram>,
     pub(super) stw1: u16,
     pub(super) zsw1: u16,
+}
+
+impl Known {
+    /// The master chooses the signals of the telegram.
+    fn is_free(&self) -> bool {
+        self.telegram.as_ref().is_some_and(|telegram| telegram.number == free::NUMBER)
+    }
+}
+
+impl Entry {
+    /// Whether it may be changed at all with this telegram.
+    pub(super) fn is_writable(&self, known: &Known) -> bool {
+        self.writable && (self.way().is_none() || known.is_free())
+    }
 }
 
 /// What a write asks of whoever has the parameters.
@@ -61,6 +77,8 @@ pub(super) enum Effect {
 pub(super) struct Parameters {
     pub(super) drive: Drive,
     pub(super) table: Table,
+    /// What the master chose for telegram 999.
+    pub(super) free: Free,
     /// Whether parameters may be changed (PNU 927).
     may_change: bool,
     /// What was stored is not safe yet (PNU 971).
@@ -70,7 +88,7 @@ pub(super) struct Parameters {
 
 impl Parameters {
     pub(super) fn new(drive: Drive, table: Table) -> Self {
-        let mut this = Self { drive, table, may_change: true, storing: false, effect: None };
+        let mut this = Self { drive, table, free: Free::NEW, may_change: true, storing: false, effect: None };
         this.make_new();
         this
     }
@@ -84,6 +102,7 @@ impl Parameters {
         }
         *self.drive.blocks_mut() = Default::default();
         self.table.make_new();
+        self.free = Free::NEW;
         self.may_change = true;
     }
 
@@ -91,13 +110,13 @@ impl Parameters {
     pub(super) fn count(&self, entry: &Entry, known: &Known) -> Option<u16> {
         let Source::Profile(profile) = entry.source else { return entry.elements };
         let words = |signals: &[Signal]| signals.iter().map(|signal| signal.words()).sum::<usize>();
-        let of_telegram = |signals: fn(&Telegram) -> &'static [Signal]| {
-            known.telegram.map_or(0, |telegram| words(signals(telegram)))
+        let of_telegram = |signals: fn(&Telegram) -> &[Signal]| {
+            known.telegram.as_ref().map_or(0, |telegram| words(signals(telegram)))
         };
         let count = if profile == Profile::Setpoints {
-            of_telegram(|telegram| telegram.setpoints)
+            of_telegram(|telegram| &telegram.setpoints)
         } else if profile == Profile::ActualValues {
-            of_telegram(|telegram| telegram.actual_values)
+            of_telegram(|telegram| &telegram.actual_values)
         } else if profile == Profile::Signals {
             usize::from(Signal::MOST) + 1
         } else if profile == Profile::FaultList {
@@ -165,16 +184,20 @@ impl Parameters {
             f64::from(words.clone().nth(at).unwrap_or_default())
         };
         let [version, year, day] = VERSION;
+        let telegram = known.telegram.as_ref();
+        if let (Some(way), true) = (profile.way(), known.is_free()) {
+            return self.free.number(way, at).into();
+        }
         match profile {
-            Profile::Setpoints => known.telegram.map_or(0.0, |telegram| signals(telegram.setpoints)),
-            Profile::ActualValues => known.telegram.map_or(0.0, |telegram| signals(telegram.actual_values)),
+            Profile::Setpoints => telegram.map_or(0.0, |telegram| signals(&telegram.setpoints)),
+            Profile::ActualValues => telegram.map_or(0.0, |telegram| signals(&telegram.actual_values)),
             Profile::Signals => parameter_of(at),
             Profile::Address => known.address.number().into(),
             Profile::SystemNumber => f64::from(b"PROFIDRIVE      ".get(at).copied().unwrap_or(b' ')),
-            Profile::Telegram => known.telegram.map_or(0.0, |telegram| telegram.number.into()),
+            Profile::Telegram => telegram.map_or(0.0, |telegram| telegram.number.into()),
             Profile::ParameterRights => self.may_change.into(),
             Profile::ProcessRights => 1.0,
-            Profile::Mode if known.telegram.is_some_and(Telegram::positions) => 2.0,
+            Profile::Mode if telegram.is_some_and(Telegram::positions) => 2.0,
             Profile::Mode => 1.0,
             Profile::FaultMessages => drive.faults().messages().into(),
             Profile::FaultCodes | Profile::FaultNumbers => fault().number.into(),
@@ -207,9 +230,9 @@ impl Parameters {
     }
 
     /// Whether a parameter may be changed now.
-    pub(super) fn check_writable(&self, entry: &Entry, element: u16) -> Result<(), Wrong> {
+    pub(super) fn check_writable(&self, entry: &Entry, known: &Known, element: u16) -> Result<(), Wrong> {
         let rights = matches!(entry.source, Source::Profile(Profile::ParameterRights));
-        if !entry.writable {
+        if !entry.is_writable(known) {
             return Err((READ_ONLY, element));
         }
         if !self.may_change && !rights {
@@ -217,7 +240,9 @@ impl Parameters {
         }
         let wants_standstill = match &entry.source {
             Source::Setting(setting) => setting.wants_standstill(),
-            Source::Profile(Profile::Reset | Profile::Factory) => true,
+            Source::Profile(
+                Profile::Reset | Profile::Factory | Profile::Setpoints | Profile::ActualValues,
+            ) => true,
             Source::Profile(_) | Source::Block(_) | Source::Actual(_) | Source::Own { .. } => false,
         };
         if wants_standstill && self.drive.status().state.is_switched_on() {
@@ -232,6 +257,11 @@ impl Parameters {
         let within = |value: f64, (low, high): (f64, f64)| (low..=high).contains(&value);
         let of_source = match &entry.source {
             Source::Profile(Profile::FaultSituations) if value != 0.0 => return Err((ONLY_ZERO, element)),
+            Source::Profile(Profile::Setpoints | Profile::ActualValues) => {
+                let way = entry.way();
+                let is_one = way.is_some_and(|way| free::signal(way, value).is_some());
+                return if is_one { Ok(()) } else { Err((NOT_PERMITTED, element)) };
+            }
             Source::Setting(setting) => within(value * entry.scale, setting.limits()),
             Source::Profile(_) | Source::Block(_) | Source::Actual(_) | Source::Own { .. } => true,
         };
@@ -260,7 +290,12 @@ impl Parameters {
             Source::Actual(_) => {}
             Source::Profile(profile) => {
                 let profile = *profile;
-                self.set_of_profile(profile, value != 0.0);
+                match profile.way() {
+                    Some(way) => {
+                        let _checked = self.free.set(way, element, value);
+                    }
+                    None => self.set_of_profile(profile, value != 0.0),
+                }
             }
         }
     }
@@ -287,15 +322,19 @@ impl Parameters {
                 Some(((pnu, u8::try_from(element).ok()?), bits))
             })
         });
-        values.collect()
+        let changed = self.free.each().zip(Free::NEW.each()).filter(|(chosen, new)| chosen != new);
+        let chosen = changed.map(|((way, word, number), _)| ((way.pnu(), word), number.into()));
+        values.chain(chosen).collect()
     }
 
     /// Values that were kept; what the table does not take any more is left out.
     pub(super) fn recall(&mut self, known: &Known, values: &[((u16, u8), u32)]) {
+        self.free = Free::NEW;
         for ((pnu, element), bits) in values {
-            let Some(entry) = self.table.entry(*pnu).filter(|entry| entry.is_kept()) else { continue };
+            let Some(entry) = self.table.entry(*pnu) else { continue };
             let (element, value) = (u16::from(*element), value::of_bits(entry.format, *bits));
-            let there = self.check_elements(entry, known, (element, 1)).is_ok();
+            let is_free = entry.way().is_some();
+            let there = is_free || entry.is_kept() && self.check_elements(entry, known, (element, 1)).is_ok();
             if there && self.check_value(entry, element, value).is_ok() {
                 self.set(*pnu, element, value);
             }

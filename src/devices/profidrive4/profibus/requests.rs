@@ -227,7 +227,7 @@ pub(super) fn elements_of(parameters: &Parameters, known: &Known, entry: &Entry)
     let identifier = u16::from(entry.format.0)
         | when(count.is_some(), ARRAY)
         | when(!entry.texts.is_empty(), HAS_TEXTS)
-        | when(!entry.writable, CANNOT_BE_WRITTEN);
+        | when(!entry.is_writable(known), CANNOT_BE_WRITTEN);
     let word = |word: u16| word.to_be_bytes().to_vec();
     let (low, high) = entry.limits;
     let limit = |value| value::bits(entry.format, value).to_be_bytes().to_vec();
@@ -275,7 +275,7 @@ fn change(
         return Err((ADDRESS, 0));
     }
     parameters.check_elements(entry, known, (subindex, elements))?;
-    parameters.check_writable(entry, subindex)?;
+    parameters.check_writable(entry, known, subindex)?;
     if !value::fits(entry.format, values.format) {
         return Err((TYPE, 0));
     }
@@ -320,7 +320,7 @@ mod tests {
                 address: Address::station(7).unwrap(),
                 baud: BaudRate::K500,
                 ident: 0x5034,
-                telegram: Telegram::numbered(1),
+                telegram: Telegram::numbered(1).cloned(),
                 stw1: 0x047E,
                 zsw1: 0xEB31,
             };
@@ -465,11 +465,13 @@ mod tests {
         assert_eq!(rig.ask(&[1, 1, 1, 1, 0x30, 1, 0x03, 0xA2, 0, 9])[4..], [0x44, 2, 0, 3, 0, 9]);
         // One octet has another one behind it.
         assert_eq!(rig.ask(&[1, 1, 1, 1, 0x10, 1, 0x03, 0xD2, 0, 0])[4..], [5, 1, 1, 0]);
-        // 117 words are what a response has room for.
-        let most = rig.ask(&[1, 1, 1, 2, 0x10, 100, 0x0B, 0xB8, 0, 0, 0x10, 13, 0x0B, 0xB8, 0, 0]);
-        assert_eq!((most.len(), most[1]), (4 + 202 + 28, 1));
-        let more = rig.ask(&[1, 1, 1, 2, 0x10, 100, 0x0B, 0xB8, 0, 0, 0x10, 100, 0x0B, 0xB8, 0, 0]);
-        assert_eq!((&more[206..], more[1]), (&[0x44, 1, 0, 0x15][..], 0x81));
+        // Of two parameters, 116 words are what a response has room for: 240 octets.
+        let most = rig.ask(&[1, 1, 1, 2, 0x10, 100, 0x0B, 0xB8, 0, 0, 0x10, 16, 0x0B, 0xB8, 0, 0]);
+        assert_eq!((most.len(), most[1]), (240, 1));
+        for elements in [17, 100] {
+            let more = rig.ask(&[1, 1, 1, 2, 0x10, 100, 0x0B, 0xB8, 0, 0, 0x10, elements, 0x0B, 0xB8, 0, 0]);
+            assert_eq!((&more[206..], more[1]), (&[0x44, 1, 0, 0x15][..], 0x81));
+        }
     }
 
     #[test]

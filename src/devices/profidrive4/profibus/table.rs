@@ -3,6 +3,7 @@
 use crate::map::Map;
 use std::borrow::Cow;
 
+use super::free::Way;
 use super::value;
 use crate::devices::ppo_drive::Quantity;
 use crate::devices::ppo_drive::table::{Channel, Row, Tie};
@@ -101,8 +102,8 @@ const RATES: &[&str] = &[
 const STORING: &[&str] = &["done", "store"];
 
 profile! {
-    Setpoints = 915: "signals of the setpoints", UNSIGNED16 [0], r;
-    ActualValues = 916: "signals of the actual values", UNSIGNED16 [0], r;
+    Setpoints = 915: "signals of the setpoints", UNSIGNED16 [0], rw;
+    ActualValues = 916: "signals of the actual values", UNSIGNED16 [0], rw;
     Address = 918: "station address", UNSIGNED16, r;
     SystemNumber = 919: "device system number", VISIBLE_STRING [16], r;
     Telegram = 922: "telegram number", UNSIGNED16, r;
@@ -134,7 +135,20 @@ profile! {
     SpeedReference = 60000: "reference of the speed", FLOAT, r;
 }
 
+impl Profile {
+    /// Which process data it names the signals of.
+    pub(super) fn way(self) -> Option<Way> {
+        let ways = [(Self::Setpoints, Way::Setpoints), (Self::ActualValues, Way::ActualValues)];
+        ways.into_iter().find(|(profile, _)| *profile == self).map(|(_, way)| way)
+    }
+}
+
 impl Entry {
+    /// As [`Profile::way`].
+    pub(super) fn way(&self) -> Option<Way> {
+        if let Source::Profile(profile) = &self.source { profile.way() } else { None }
+    }
+
     fn of_profile(
         name: &'static str,
         format: Format,

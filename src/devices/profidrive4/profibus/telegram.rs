@@ -1,5 +1,8 @@
 //! The telegrams: which signals are in the process data (`dp-v1.md` 9.2), as rows.
 
+use std::borrow::Cow;
+
+use super::free;
 use super::signal::Signal;
 use crate::profibus::dp::chk_cfg::{Identifier, Units, identifiers};
 use crate::profibus::ppo::Pkw;
@@ -11,7 +14,7 @@ const NAMES_A_TELEGRAM: u8 = 0xFD;
 const PKW_LEN: usize = 8;
 
 /// A telegram.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Telegram {
     /// Its number (PNU 922).
     pub number: u16,
@@ -20,21 +23,21 @@ pub struct Telegram {
     /// Its number on the command line.
     pub word: &'static str,
     /// From the master.
-    pub setpoints: &'static [Signal],
+    pub setpoints: Cow<'static, [Signal]>,
     /// To the master.
-    pub actual_values: &'static [Signal],
+    pub actual_values: Cow<'static, [Signal]>,
 }
 
 macro_rules! telegrams {
     ($($number:literal $(+ $pkw:ident)?: [$($setpoint:ident)*] [$($actual:ident)*];)*) => {
         impl Telegram {
-            /// Every telegram.
+            /// Every telegram; of 999 the master chooses words and signals.
             pub const ALL: &'static [Self] = &[$(Self {
                 number: $number,
                 has_pkw: false $(|| stringify!($pkw).len() > 0)?,
                 word: stringify!($number),
-                setpoints: &[$(Signal::$setpoint),*],
-                actual_values: &[$(Signal::$actual),*],
+                setpoints: Cow::Borrowed(&[$(Signal::$setpoint),*]),
+                actual_values: Cow::Borrowed(&[$(Signal::$actual),*]),
             }),*];
 
             /// Their numbers as words.
@@ -67,6 +70,7 @@ telegrams! {
     352: [Stw1 NsollA Free Free Free Free] [Zsw1 NistAGlatt IaistGlatt MistGlatt WarnCode FaultCode];
     353 + Pkw: [Stw1 NsollA] [Zsw1 NistAGlatt];
     354 + Pkw: [Stw1 NsollA Free Free Free Free] [Zsw1 NistAGlatt IaistGlatt MistGlatt WarnCode FaultCode];
+    999: [] [];
 }
 
 fn octets(signals: &[Signal]) -> usize {
@@ -95,7 +99,7 @@ impl Telegram {
 
     /// Octets from the master, and to it.
     pub fn lengths(&self) -> (usize, usize) {
-        (self.pkw_len() + octets(self.setpoints), self.pkw_len() + octets(self.actual_values))
+        (self.pkw_len() + octets(&self.setpoints), self.pkw_len() + octets(&self.actual_values))
     }
 
     /// The octets of PKW in front of the signals.
@@ -109,7 +113,8 @@ impl Telegram {
     }
 
     /// The telegram of a configuration: that which it names, else the first of its lengths. `only`: no other one will do.
-    pub(crate) fn of_configuration(configuration: &[u8], only: Option<&Self>) -> Option<&'static Self> {
+    /// The words of 999 are free.
+    pub(crate) fn of_configuration(configuration: &[u8], only: Option<&Self>) -> Option<Self> {
         let (mut outputs, mut inputs, mut named) = (0, 0, None);
         let mut has_pkw = false;
         for octets in identifiers(configuration) {
@@ -124,28 +129,43 @@ impl Telegram {
                 named = Some(u16::from_be_bytes([*high, *low]));
             }
         }
-        Self::ALL.iter().find(|telegram| {
+        let fits = |telegram: &&Self| {
             telegram.lengths() == (outputs, inputs)
                 && telegram.has_pkw == (has_pkw && outputs > PKW_LEN)
                 && named.is_none_or(|number| number == telegram.number)
                 && only.is_none_or(|only| only.number == telegram.number)
-        })
+        };
+        if named == Some(free::NUMBER) {
+            let of_lengths = Self::free(outputs, inputs).filter(|_| !(has_pkw && outputs > PKW_LEN));
+            return of_lengths.filter(|telegram| fits(&telegram));
+        }
+        Self::ALL.iter().find(fits).cloned()
+    }
+
+    /// Telegram 999 of so many octets.
+    fn free(outputs: usize, inputs: usize) -> Option<Self> {
+        let words = |octets: usize| {
+            let fits = octets.is_multiple_of(2) && (1..=free::WORDS).contains(&(octets / 2));
+            fits.then(|| Cow::Owned(vec![Signal::Free; octets / 2]))
+        };
+        let (setpoints, actual_values) = (words(outputs)?, words(inputs)?);
+        Self::numbered(free::NUMBER).map(|empty| Self { setpoints, actual_values, ..empty.clone() })
     }
 
     /// A setpoint in the octets from the master, as a number; `None`: the telegram has none.
     pub fn setpoint(&self, outputs: &[u8], wanted: Signal) -> Option<u32> {
-        value(self.setpoints, outputs.get(self.pkw_len()..)?, wanted)
+        value(&self.setpoints, outputs.get(self.pkw_len()..)?, wanted)
     }
 
     /// An actual value in the octets to the master, as a number; `None`: the telegram has none.
     pub fn actual_value(&self, inputs: &[u8], wanted: Signal) -> Option<u32> {
-        value(self.actual_values, inputs.get(self.pkw_len()..)?, wanted)
+        value(&self.actual_values, inputs.get(self.pkw_len()..)?, wanted)
     }
 
     /// The octets to the master: the reply of PKW, if the telegram has one, and `value` says each signal.
     pub(super) fn inputs(&self, reply: Pkw, value: impl Fn(Signal) -> u32) -> Vec<u8> {
         let mut octets = if self.has_pkw { reply.to_octets().to_vec() } else { Vec::new() };
-        for signal in self.actual_values {
+        for signal in &*self.actual_values {
             let value = value(*signal).to_be_bytes();
             octets.extend(value.iter().skip(value.len() - 2 * signal.words()));
         }
@@ -178,6 +198,7 @@ mod tests {
             (352, 6, 6),
             (353, 6, 6),
             (354, 10, 10),
+            (999, 0, 0),
         ];
         let found = Telegram::ALL.iter().map(|telegram| {
             let (outputs, inputs) = telegram.lengths();
@@ -201,6 +222,11 @@ mod tests {
         // Another number than the lengths say.
         assert_eq!(of(&[0xC3, 0xC1, 0xC1, 0xFD, 0x00, 0x14]), None);
         assert_eq!(of(&[0xF0]), None);
+        // The words of 999 are free, up to 16 of them.
+        let free = |outputs, inputs| [0xC3, outputs, inputs, 0xFD, 0x03, 0xE7];
+        assert_eq!((of(&free(0xC3, 0xC3)), of(&free(0xC0, 0xCF))), (Some(999), Some(999)));
+        assert_eq!((of(&free(0xD0, 0xC3)), of(&free(0x82, 0xC3))), (None, None));
+        assert_eq!(Telegram::of_configuration(&[0xF1], Telegram::numbered(999)), None);
         assert_eq!(Telegram::of_configuration(&[0xF1], Telegram::numbered(20)), None);
     }
 

@@ -2,7 +2,6 @@
 
 use super::ProfidriveDevice;
 use super::application::TelegramOnly;
-use super::telegram::Telegram;
 use crate::devices::ppo_drive::State;
 use crate::devices::ppo_drive::profile::{ZswBit, reasons};
 use crate::devices::profidrive4::Setpoint;
@@ -72,7 +71,7 @@ impl<A: Application> Why for ProfidriveDevice<TelegramOnly<A>> {
         let is_led = state == dp::State::DataExch;
         let of_drive = |reason: &Reason<'_>| matches!(reason.name, "Fault" | "Inhibited");
         let (stw, zsw_of_drive) = (Stw::from_raw(self.stw1()), Zsw::from_raw(zsw));
-        let positions = self.telegram().is_some_and(Telegram::positions);
+        let positions = self.telegram().is_some_and(|telegram| telegram.positions());
         // Bits 4 to 6 are others there.
         let of_speed =
             |reason: &Reason<'_>| matches!(reason.name, "RampDisabled" | "RampFrozen" | "SetpointDisabled");
