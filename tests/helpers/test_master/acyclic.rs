@@ -317,9 +317,10 @@ impl TestMaster {
         // Now and then it exchanges data, or all else would fail, too.
         services.in_row = if only_polls { (services.in_row + 1) % MOST_IN_ROW } else { 0 };
         let only_polls = only_polls && services.in_row > 0;
-        if only_polls || services.ms1.is_none() {
+        if services.ms1.is_none() {
             return services.next(now, *turns, mistake);
         }
-        services.ready.take()
+        // What the client has handed over is sent before it is asked for more.
+        services.ready.take().or_else(|| if only_polls { services.next(now, *turns, mistake) } else { None })
     }
 }

@@ -147,11 +147,8 @@ mistakes! {
     NeverPolls ["M-V04", "M-V12"]
     /// A job that takes long leads to a new start-up.
     RestartsOnSlowJob ["M-V05"]
-    /// While a job runs it only polls, and the rest of its work suffers.
-    PollsOnly [
-        "M-V06", "M-U05", "M-D06", "M-D08", "M-D09", "M-L04", "M-L08", "M-I05", "M-V01", "M-V03", "M-V04",
-        "M-V05", "M-V19"
-    ]
+    /// While a job runs it only polls, and exchanges data now and then.
+    PollsOnly ["M-V06"]
     /// A job that is refused leads to a new start-up.
     RestartsOnRefusal ["M-V07", "M-D08"]
     /// A Write with more octets than C1_Max_Data_Len.
