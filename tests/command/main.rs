@@ -26,6 +26,8 @@ mod telegrams;
 mod test_master;
 
 #[cfg(target_os = "linux")]
+mod acyclic_words;
+#[cfg(target_os = "linux")]
 mod bench;
 #[cfg(target_os = "linux")]
 mod beside_noise;

@@ -90,7 +90,7 @@ fn what_is_wrong_with_a_record_is_said() {
 }
 
 #[test]
-fn v1_r51_v1_r52_v1_r57_an_alarm_is_raised_by_http_delivered_and_acknowledged() {
+fn v1_r51_v1_r52_v1_r55_v1_r56_v1_r57_an_alarm_is_raised_by_http_delivered_and_acknowledged() {
     let folder = tempfile::tempdir().unwrap();
     let (emulator, mut master) = emulator(folder.path());
     let alarm = json!({ "type": "process", "slot": 1, "specifier": "appears", "data": "50" });
@@ -131,6 +131,17 @@ fn v1_r51_v1_r52_v1_r57_an_alarm_is_raised_by_http_delivered_and_acknowledged() 
     emulator.set("POST", path, &json!({ "type": "diagnostic", "slot": 0 }));
     assert_eq!(emulator.request("DELETE", path, "", "").status, 204);
     assert_eq!(emulator.get(path)["alarms"], json!([]));
+    // What Set_Prm does not enable.
+    for (status, words) in [
+        ([0x80, 0x20, 0], "Enable_Process_Alarm in octet 9 of Set_Prm is 0"),
+        ([0x00, 0x60, 0], "DPV1_Enable in octet 8 of Set_Prm is 0"),
+    ] {
+        master.start(7, &[&PRM[..7], &status].concat(), &[0x31], &[0, 0]);
+        let refused = emulator.send("POST", path, &alarm);
+        assert!(refused.status == 409 && refused.body.contains(words), "{refused:?}");
+        let Said::Data(_, diagnosis) = master.ask(7, Some((60, 62)), &[]) else { panic!() };
+        assert_eq!(diagnosis[6..], [0; 0]);
+    }
 }
 
 #[test]

@@ -27,7 +27,7 @@ pub(crate) const FULL: Offer = Offer {
     alarms: AlarmOffer { types: 0xFC, sequence: 8, extra_sap: true },
 };
 
-const DEVICE: Description = Description {
+pub(crate) const DEVICE: Description = Description {
     ident: 0xC0DE,
     dpv1_status: Some([0xFB, 0xFF, 0xFF]),
     max_diag_len: 244,
@@ -86,13 +86,18 @@ pub(crate) fn global_control(master: u8, command: u8) -> Vec<u8> {
 impl V1Line {
     /// Switched on, with a record of four octets at slot 1, index 10.
     pub(crate) fn new(offer: Offer) -> Self {
+        Self::of(DEVICE, offer)
+    }
+
+    /// The same of another device.
+    pub(crate) fn of(device: Description, offer: Offer) -> Self {
         let application = Fixed { configurations: &[&CFG], ..Fixed::PLAIN };
         let address = Address::station(SLAVE).unwrap();
         let mut records = Table::default();
         let record = |data: &[u8]| Record { data: data.to_vec(), ..Record::default() };
         records.records.insert((1, 10), record(&[0x11, 0x22, 0x33, 0x44]));
         Self {
-            station: Station::new(address, BAUD, None, DEVICE, application),
+            station: Station::new(address, BAUD, None, device, application),
             acyclic: Acyclic::new(offer),
             records,
             now: Instant::from_millis(1),

@@ -29,6 +29,8 @@ mod many;
 mod nodes;
 mod operated;
 #[cfg(feature = "master")]
+mod own_clients;
+#[cfg(feature = "master")]
 mod profirust;
 mod rates;
 mod recordings;

@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
-use profidrive::profibus::dp::State;
+use profidrive::profibus::dp::{Description, State};
 use profidrive::profibus::dpv1::{AlarmState, AlarmType, Event, NotRaised, Offer, Specifier, StatusType};
-use profidrive::profibus::fdl::Service;
+use profidrive::profibus::fdl::{FrameCount, Service};
 
-use crate::dpv1_line::{CFG, FULL, OTHER, OWNER, PRM, Record, V1Line};
+use crate::dpv1_line::{CFG, DEVICE, FULL, OTHER, OWNER, PRM, Record, Request, V1Line};
 use crate::slave_line::{Answer, RR, RS};
 use crate::telegrams::hex;
 
@@ -165,6 +165,7 @@ fn v1_r21_v1_r22_v1_r24_v1_r25_v1_r26_v1_r27_what_cannot_be_is_refused_with_its_
         assert_eq!(line.ask(request), response, "{request:02X?}");
     }
     assert_eq!(line.ask(&READ), DATA, "kept");
+    assert_eq!(line.ask(&[0x5E, 2, 1, 8]), [0x5E, 2, 1, 2, 0, 1], "kept, read-only");
     let refused = line.events.iter().find(|event| event.is_refusal()).unwrap();
     assert_eq!(
         refused.to_string(),
@@ -179,7 +180,18 @@ fn v1_r28_v1_r29_the_longest_record_and_what_the_gsd_cuts() {
     let data = record(240).data;
     let written = [&[0x5F, 1, 1, 240][..], &data].concat();
     assert_eq!(line.ask(&written), [0x5F, 1, 1, 240]);
-    assert_eq!(line.ask(&[0x5E, 1, 1, 240]), [&[0x5E, 1, 1, 240][..], &data].concat());
+    let read = [&[0x5E, 1, 1, 240][..], &data].concat();
+    assert_eq!(line.ask(&[0x5E, 1, 1, 240]), read);
+    // The octets on the line, both ways: LE 249, the most there is.
+    let telegram = |count, data: Vec<u8>| {
+        Request { sa: OWNER, saps: Some((51, 51)), service: Service::SrdLow, count, data }.octets()
+    };
+    let asked = telegram(FrameCount::Odd, written);
+    assert_eq!((asked[1], asked.len(), line.send(&asked)), (249, 255, Some(vec![0xE5])));
+    line.send(&telegram(FrameCount::Even, Vec::new()));
+    line.send(&telegram(FrameCount::Odd, vec![0x5E, 1, 1, 240]));
+    let reply = line.send(&telegram(FrameCount::Even, Vec::new())).unwrap();
+    assert_eq!((reply[1], reply.len(), &reply[9..253]), (249, 255, &read[..]));
     let mut line = V1Line::exchanging(Offer { ms1: Some(32), ..FULL });
     line.put(1, 1, record(64));
     assert_eq!(line.ask(&[0x5E, 1, 1, 64]), [&[0x5E, 1, 1, 32][..], &data[..32]].concat());
@@ -253,10 +265,21 @@ fn v1_r34_v1_r35_v1_r36_v1_r37_the_channel_ends_with_the_data_exchange_and_forge
 }
 
 #[test]
-fn v1_r38_clear_changes_nothing() {
+fn v1_r38_clear_and_fail_safe_change_nothing() {
     let mut line = V1Line::exchanging(FULL);
     assert_eq!(line.ms1(&READ), Answer::Sc);
     line.control(0x02);
+    assert_eq!(line.ms1(&[]), Answer::Low(DATA.to_vec()));
+    assert_eq!(line.ask(&READ), DATA);
+    // Data_Exchange without outputs: the safe state.
+    let device = Description { fail_safe: true, dpv1_status: Some([0xFF; 3]), ..DEVICE };
+    let mut line = V1Line::of(device, FULL);
+    let mut prm = PRM;
+    prm[7] |= 0x40;
+    line.start(OWNER, &prm);
+    assert_eq!(line.ms1(&READ), Answer::Sc);
+    assert_eq!(line.srd(OWNER, None, Service::SrdHigh, &[]), Answer::Low(vec![0, 0]));
+    assert!(line.station.slave().safe_state());
     assert_eq!(line.ms1(&[]), Answer::Low(DATA.to_vec()));
     assert_eq!(line.ask(&READ), DATA);
 }

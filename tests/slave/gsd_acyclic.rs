@@ -94,9 +94,13 @@ struct Line {
 
 impl Line {
     fn new(keywords: &str, records: StationRecords) -> Self {
+        Self::of(station(keywords), records)
+    }
+
+    fn of(station: Station, records: StationRecords) -> Self {
         let address = Address::station(7).unwrap();
-        let station = GsdStation::new(address, BaudRate::K500, station(keywords), Refusals::default())
-            .with_records(records);
+        let station =
+            GsdStation::new(address, BaudRate::K500, station, Refusals::default()).with_records(records);
         Self { station, now: Instant::from_millis(1), odd: false, events: Vec::new() }
     }
 
@@ -172,6 +176,19 @@ fn v1_r15_v1_r16_v1_r33_a_station_from_a_gsd_has_the_records_of_its_file() {
         let mut line = Line::new(keywords, records());
         line.start(&[0x80, 0, 0]);
         assert_eq!(line.ask(2, Some((51, 51)), &[0x5E, 1, 10, 1]), RS, "{keywords}");
+    }
+    // One of DP-V0, whatever else its file says.
+    let text = format!("{HEAD}{C1}Extra_Alarm_SAP_supp=1\n{MODULE}").replace("DPV1_Slave=1\n", "");
+    let plain = Station::new(Gsd::read(text.as_bytes()).unwrap(), Policy::PROPOSED).unwrap();
+    let mut line = Line::of(plain, records());
+    for _ in 0..2 {
+        for sap in [49, 50, 51] {
+            let ssap = if sap == 49 { 50 } else { 51 };
+            assert_eq!(line.ask(2, Some((sap, ssap)), &[0x5E, 1, 10, 1]), RS, "SAP {sap}");
+        }
+        assert_eq!(line.ask(2, Some((61, 62)), &[0x80, 1, 1, 11, 0x12, 0x34, 0, 0, 0, 0]), Answer::Sc);
+        assert_eq!(line.ask(2, Some((62, 62)), &[0x31]), Answer::Sc);
+        assert_eq!(line.station.slave().state(), dp::State::DataExch);
     }
 }
 
