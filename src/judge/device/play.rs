@@ -18,8 +18,11 @@ pub(super) trait Trial: Table {
     /// The time now.
     fn now(&self) -> Instant;
 
-    /// What was sent and heard since the last call.
+    /// What was sent and heard since the last call, and since it was forgotten.
     fn take_shown(&mut self) -> Vec<Telegram>;
+
+    /// What was sent and heard is of no interest any more.
+    fn forget_shown(&mut self);
 
     /// Looks for the device, and learns what rows need to know of it.
     fn begin(&mut self) -> Course;
@@ -121,9 +124,15 @@ struct Run<P: Trial> {
 
 impl<P: Trial> Run<P> {
     fn begin(&mut self, device: &mut P) {
-        let _ = device.take_shown();
+        device.forget_shown();
         match device.begin() {
             Ok(()) => {}
+            Err(Halt::Over(Ending::Died { .. })) => {
+                self.end(Ending::NoExchange { why: "it answered, and then said nothing more".into() });
+            }
+            Err(Halt::Over(Ending::Babbles { .. })) => {
+                self.end(Ending::NoExchange { why: "it sends without end and without being asked".into() });
+            }
             Err(Halt::Over(ending)) => self.end(ending),
             Err(Halt::Broken { why, .. } | Halt::Missed(why) | Halt::Inapplicable(why)) => {
                 self.end(Ending::NoExchange { why });
@@ -148,7 +157,7 @@ impl<P: Trial> Run<P> {
     /// The verdict on a row.
     fn row(&mut self, device: &mut P, row: Row<P>) {
         let begun = device.now();
-        let _ = device.take_shown();
+        device.forget_shown();
         let judgement = match (row.entry.by.judged(), self.failed_before(row)) {
             (Err(why), _) => JudgementOf { applies: false, ..JudgementOf::not_judged(row, why.into()) },
             (Ok(_), Some(before)) => JudgementOf {
@@ -191,7 +200,7 @@ impl<P: Trial> Run<P> {
             let Some(row) = self.judgements.get(place).map(|judgement| judgement.row) else { return };
             let name = format!("{} {}", row.id(), row.text());
             told(&Progress { number, of, name, left: until.saturating_since(now) });
-            let _ = device.take_shown();
+            device.forget_shown();
             let Ok((judge, tries)) = row.entry.by.judged() else { return };
             let course = judge(device);
             let again = self.judged(device, row, course, tries);

@@ -77,13 +77,14 @@ fn the_drive_of_the_profile() {
     is_right("PPO drive", &report);
 }
 
-#[test]
-fn a_station_of_dp_v1_with_records() {
-    let gsd = super::rig::file(super::mistakes::V1);
+/// A station of DP-V1 with records, alone on a line, and what the judge is told of it.
+pub(crate) fn station_of_dpv1(baud: BaudRate) -> (Port, Setup) {
+    let rates = "9.6_supp=1\n19.2_supp=1\nMaxTsdr_19.2=60\n";
+    let gsd = super::rig::file(&format!("{}{rates}", super::mistakes::V1));
     let station = gsd::Station::new(gsd.clone(), gsd::Policy::PROPOSED).unwrap();
     let station =
-        GsdStation::new(address(), BAUD, station, Refusals::default()).with_records(super::whole::known());
-    let port = Port::new(BAUD);
+        GsdStation::new(address(), baud, station, Refusals::default()).with_records(super::whole::known());
+    let port = Port::new(baud);
     port.line(|line| line.add(station).unwrap());
     let setup = Setup {
         gsd: Some(Box::new(gsd)),
@@ -92,6 +93,12 @@ fn a_station_of_dp_v1_with_records() {
         moves_allowed: true,
         ..Setup::new(address())
     };
+    (port, setup)
+}
+
+#[test]
+fn a_station_of_dp_v1_with_records() {
+    let (port, setup) = station_of_dpv1(BAUD);
     let report = simulated(&port, setup, &Row::all(), None).unwrap();
     is_right("DP-V1", &report);
     let applies = report.judgements.iter().filter(|row| row.row.id().starts_with("V1-") && row.applies);

@@ -18,7 +18,8 @@ const BAUD: BaudRate = BaudRate::K500;
 /// The group of these rows.
 pub(crate) const GROUP: &str = "DP-V1: parameters of a drive (PROFIdrive)";
 
-fn judged(rows: &[Row], change: Change) -> Report {
+/// A drive whose replies are changed, alone on a line, and what the judge is told of it.
+pub(crate) fn drive(baud: BaudRate, change: Change) -> (Port, Setup) {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/gsd/PDRV5034.GSD");
     let gsd = gsd::Gsd::read(&std::fs::read(file).unwrap()).unwrap();
     let station = gsd::Station::new(gsd.clone(), gsd::Policy::PROPOSED).unwrap();
@@ -26,9 +27,9 @@ fn judged(rows: &[Row], change: Change) -> Report {
     let acyclic = (gsd.acyclic.offer(10), Identification::PLAIN);
     let family = Family::new(&[]).unwrap();
     let address = Address::station(7).unwrap();
-    let drive = ProfidriveDevice::new(address, BAUD, parts, acyclic, family, Instant::ZERO);
+    let drive = ProfidriveDevice::new(address, baud, parts, acyclic, family, Instant::ZERO);
     let drive = HostedProfidrive::new(drive, Refusals::default());
-    let port = Port::new(BAUD);
+    let port = Port::new(baud);
     port.line(|line| line.add(Changed::new(drive, Some(51), change)).unwrap());
     let setup = Setup {
         cfg: Some(gsd.modules[0].identifiers.clone()),
@@ -39,6 +40,11 @@ fn judged(rows: &[Row], change: Change) -> Report {
         writes_allowed: true,
         ..Setup::new(address)
     };
+    (port, setup)
+}
+
+fn judged(rows: &[Row], change: Change) -> Report {
+    let (port, setup) = drive(BAUD, change);
     simulated(&port, setup, rows, None).unwrap()
 }
 

@@ -15,6 +15,8 @@ mod mistakes;
 mod profile;
 mod rates;
 mod rig;
+mod times;
+mod troubles;
 mod whole;
 
 /// Judges what is on a line of its own.

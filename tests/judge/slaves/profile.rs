@@ -27,7 +27,8 @@ fn judged(kind: PpoType, change: Change) -> Report {
     let drive = HostedPpoDrive::new(drive, Refusals::default());
     let port = Port::new(BAUD);
     port.line(|line| line.add(Changed::new(drive, None, change)).unwrap());
-    let setup = Setup { profile: Some(kind), moves_allowed: true, ..Setup::new(address) };
+    let setup =
+        Setup { profile: Some(kind), moves_allowed: true, writes_allowed: true, ..Setup::new(address) };
     let rows: Vec<Row> = ["P-*", "S-P01", "S-G01", "S-X01"].into_iter().flat_map(Row::matching).collect();
     simulated(&port, setup, &rows, None).unwrap()
 }
@@ -39,7 +40,7 @@ fn a_drive_of_each_ppo_is_right() {
         assert!(broken(&report).is_empty(), "{kind}: {report}");
         assert_eq!(report.outcome().status(), 0, "{kind}: {report}");
         let judged = report.judgements.iter().filter(|row| row.row.id().starts_with("P-") && row.applies);
-        assert_eq!(judged.count(), if kind.has_pkw() { 14 } else { 5 }, "{kind}: {report}");
+        assert_eq!(judged.count(), if kind.has_pkw() { 16 } else { 5 }, "{kind}: {report}");
     }
 }
 
@@ -92,7 +93,7 @@ const MISTAKES: &[(&str, &[&str], Change)] = &[
             inputs[0] = inputs[0] & 0x0F | 0x10;
         }
     }),
-    ("a parameter to be read is written", &["P-K07"], |outputs, inputs| {
+    ("a parameter to be read is written", &["P-K07", "P-K10"], |outputs, inputs| {
         if aks(outputs, inputs).0 == 2 && aks(outputs, inputs).1 == 7 {
             inputs[0] = inputs[0] & 0x0F | 0x10;
         }
@@ -105,6 +106,16 @@ const MISTAKES: &[(&str, &[&str], Change)] = &[
     }),
     ("reserved jobs are read", &["P-K09"], |outputs, inputs| {
         if aks(outputs, inputs).0 >= 10 && aks(outputs, inputs).1 == 7 {
+            inputs[0] = inputs[0] & 0x0F | 0x10;
+        }
+    }),
+    ("a write is answered with another value", &["P-K10"], |outputs, inputs| {
+        if matches!(aks(outputs, inputs), (2 | 3, 1 | 2, _)) {
+            inputs[7] ^= 1;
+        }
+    }),
+    ("a description is a word", &["P-K11"], |outputs, inputs| {
+        if aks(outputs, inputs).0 == 4 && aks(outputs, inputs).1 != 0 {
             inputs[0] = inputs[0] & 0x0F | 0x10;
         }
     }),

@@ -369,10 +369,20 @@ impl Attendant for Rig {
     }
 }
 
-/// Judges a slave with a mistake by these rows.
-pub(crate) fn judged(mistake: &'static Mistake, wanted: &[Row]) -> Report {
-    let rig = Rig(Rc::new(RefCell::new(Slave::new(mistake))));
-    let setup = Setup {
+impl Rig {
+    pub(crate) fn new(mistake: &'static Mistake) -> Self {
+        Self(Rc::new(RefCell::new(Slave::new(mistake))))
+    }
+
+    /// A line with the times of this one.
+    pub(crate) fn line(&self, link: impl Link + 'static, stop: Stop) -> Live {
+        Live { link: Box::new(link), clock: Box::new(self.clone()), sight: Sight::Exact, rate: BAUD, stop }
+    }
+}
+
+/// What the judge is told of it. Everything may be done to it.
+pub(crate) fn setup(mistake: &Mistake) -> Setup {
+    Setup {
         gsd: Some(Box::new(file(mistake.told.unwrap_or(mistake.file)))),
         mirror: true,
         moves_allowed: true,
@@ -380,13 +390,12 @@ pub(crate) fn judged(mistake: &'static Mistake, wanted: &[Row]) -> Report {
         records: Some(Box::new(known())),
         limit: Some(Duration::from_secs(3600)),
         ..Setup::new(Address::station(SLAVE).unwrap())
-    };
-    let line = Live {
-        link: Box::new(rig.clone()),
-        clock: Box::new(rig.clone()),
-        sight: Sight::Exact,
-        rate: BAUD,
-        stop: Stop::new().unwrap(),
-    };
-    live(setup, wanted, line, Some(Box::new(rig)), &mut |_| ())
+    }
+}
+
+/// Judges a slave with a mistake by these rows.
+pub(crate) fn judged(mistake: &'static Mistake, wanted: &[Row]) -> Report {
+    let rig = Rig::new(mistake);
+    let line = rig.line(rig.clone(), Stop::new().unwrap());
+    live(setup(mistake), wanted, line, Some(Box::new(rig)), &mut |_| ())
 }

@@ -44,7 +44,6 @@ pub struct Bench {
     pub(super) wire: Wire,
     pub(super) known: Known,
     attendant: Option<Box<dyn Attendant>>,
-    begun: Instant,
     /// Entries that were written, and what they held, oldest first.
     written: Vec<(Address, Vec<u8>)>,
     /// The row has left behind what only a reset ends.
@@ -72,17 +71,15 @@ impl core::fmt::Debug for Bench {
 
 impl Bench {
     pub(super) fn new(setup: Setup, wire: Wire, attendant: Option<Box<dyn Attendant>>) -> Self {
-        let begun = wire.now();
         Self {
+            asked: wire.now(),
             setup,
             wire,
             known: Known::default(),
             attendant,
-            begun,
             written: Vec::new(),
             dirty: false,
             guarded: false,
-            asked: begun,
             pause: PAUSE,
             longest: Duration::ZERO,
             noted: BTreeMap::new(),
@@ -227,8 +224,10 @@ impl Bench {
 
     /// Holds something against a row.
     pub(super) fn note(&mut self, row: &'static str, why: &str) {
-        let shown = self.shown_of(self.wire.last_passed(6));
-        self.noted.entry(row).or_insert_with(|| (why.into(), shown));
+        if !self.noted.contains_key(row) {
+            let shown = self.shown_of(self.wire.last_passed(6));
+            self.noted.insert(row, (why.into(), shown));
+        }
     }
 
     /// The boot-up of a reset. What was on its way may come before it.
@@ -499,6 +498,10 @@ impl Trial for Bench {
         self.shown_of(passed.get(passed.len().saturating_sub(SHOWN)..).unwrap_or_default())
     }
 
+    fn forget_shown(&mut self) {
+        self.wire.take_passed();
+    }
+
     fn begin(&mut self) -> Course {
         let read = [0x40, 0x00, 0x10, 0, 0, 0, 0, 0];
         // It may be stopped, and one whose boot-up nobody has acknowledged may be bus off.
@@ -539,12 +542,7 @@ impl Trial for Bench {
     }
 
     fn must_end(&self) -> Option<Ending> {
-        let over = |limit: &Duration| self.wire.now().saturating_since(self.begun) >= *limit;
-        if self.wire.is_stopped() {
-            Some(Ending::Stopped)
-        } else {
-            self.setup.limit.as_ref().filter(|limit| over(limit)).map(|_| Ending::TimeOver)
-        }
+        self.wire.must_end()
     }
 
     fn noted(&mut self, id: &str) -> Option<(String, Vec<Telegram>)> {

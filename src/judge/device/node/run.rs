@@ -36,7 +36,7 @@ pub fn live(
     attendant: Option<Box<dyn Attendant>>,
     told: &mut dyn FnMut(&Progress),
 ) -> Report {
-    let wire = Wire::new(bus.endpoint, bus.clock, bus.stop, LATENCY);
+    let wire = Wire::new(bus.endpoint, bus.clock, bus.stop, LATENCY, setup.limit);
     play::run(&mut Bench::new(setup, wire, attendant), wanted, told)
 }
 
@@ -50,6 +50,7 @@ pub fn simulated<E: 'static>(
     wanted: &[Row],
     attendant: Option<Box<dyn Attendant>>,
 ) -> std::io::Result<Report> {
-    let wire = Wire::new(Box::new(port.clone()), Box::new(port.clone()), Stop::new()?, Duration::ZERO);
+    let wire =
+        Wire::new(Box::new(port.clone()), Box::new(port.clone()), Stop::new()?, Duration::ZERO, setup.limit);
     Ok(play::run(&mut Bench::new(setup, wire, attendant), wanted, &mut |_| ()))
 }

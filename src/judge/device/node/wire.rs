@@ -29,6 +29,8 @@ pub(super) struct Wire {
     endpoint: Box<dyn CanEndpoint>,
     clock: Box<dyn Clock>,
     stop: Stop,
+    /// The judgement ends then.
+    end: Option<Instant>,
     /// How much later than on the bus frames are seen.
     pub(super) latency: Duration,
     passed: Vec<Passed>,
@@ -48,17 +50,23 @@ impl Wire {
         clock: Box<dyn Clock>,
         stop: Stop,
         latency: Duration,
+        limit: Option<Duration>,
     ) -> Self {
-        let second = (clock.now(), 0, 0);
-        Self { endpoint, clock, stop, latency, passed: Vec::new(), second }
+        let begun = clock.now();
+        let (second, end) = ((begun, 0, 0), limit.map(|limit| begun.saturating_add(limit)));
+        Self { endpoint, clock, stop, end, latency, passed: Vec::new(), second }
     }
 
     pub(super) fn now(&self) -> Instant {
         self.clock.now()
     }
 
-    pub(super) fn is_stopped(&self) -> bool {
-        self.stop.is_requested()
+    /// Why nothing more may be tried.
+    pub(super) fn must_end(&self) -> Option<Ending> {
+        if self.stop.is_requested() {
+            return Some(Ending::Stopped);
+        }
+        self.end.filter(|end| self.now() >= *end).map(|_| Ending::TimeOver)
     }
 
     pub(super) fn take_passed(&mut self) -> Vec<Passed> {
@@ -86,8 +94,11 @@ impl Wire {
                 self.keep(passed);
                 return Ok(Some(passed));
             }
+            if let Some(ending) = self.must_end() {
+                return Err(Halt::Over(ending));
+            }
             let now = self.now();
-            if now >= until || self.stop.is_requested() {
+            if now >= until {
                 return Ok(None);
             }
             self.endpoint.wait(Some(until.saturating_since(now)), &self.stop).map_err(failed)?;

@@ -15,7 +15,6 @@ use crate::profibus::dp::{IoLengths, Service};
 use crate::profibus::fdl;
 use crate::profibus::fdl::station::DEFAULT_MIN_TSDR;
 use crate::profibus::fdl::{Address, FrameCount, ReplyStatus};
-use crate::time::Instant;
 
 mod acyclic;
 mod hands;
@@ -59,7 +58,6 @@ pub struct Bench {
     pub(super) min_tsdr: u16,
     /// What the outputs are while the inputs follow them.
     pub(super) frozen_outputs: Option<u8>,
-    begun: Instant,
     exchanged: bool,
     why_not: Option<String>,
 }
@@ -75,7 +73,6 @@ impl core::fmt::Debug for Owned {
 
 impl Bench {
     pub(super) fn new(setup: Setup, wire: Wire, attendant: Option<Box<dyn Attendant>>) -> Self {
-        let begun = wire.now();
         Self {
             setup,
             wire,
@@ -90,7 +87,6 @@ impl Bench {
             last_asked: None,
             min_tsdr: 11,
             frozen_outputs: None,
-            begun,
             exchanged: false,
             why_not: None,
         }
@@ -160,14 +156,19 @@ impl Bench {
 
     /// Sends octets that nobody may answer. `what` they are.
     pub(super) fn unanswered(&mut self, sa: u8, octets: &[u8], what: &str) -> Course {
+        match self.intruder(sa, octets)? {
+            None => Ok(()),
+            Some(octets) => broken(format!("{what} is answered with {}", Answer::of(&octets).words())),
+        }
+    }
+
+    /// Sends octets that nobody may answer, and says what comes back all the same.
+    pub(super) fn intruder(&mut self, sa: u8, octets: &[u8]) -> Course<Option<Vec<u8>>> {
         let side = self.side(sa);
         self.wire.send(octets, side)?;
         let heard = self.wire.silence()?;
         self.notice_unasked();
-        match heard {
-            None => Ok(()),
-            Some(octets) => broken(format!("{what} is answered with {}", Answer::of(&octets).words())),
-        }
+        Ok(heard)
     }
 
     /// A request that must be answered.
@@ -372,28 +373,32 @@ impl Bench {
             DiagBit::MasterLock,
             DiagBit::Deactivated,
         ];
-        let telegrams = self.last_shown();
         for row in ["S-D07", "S-D08", "S-D09", "S-K03"] {
             self.notes.occasion(row);
         }
-        if let Some(bit) = OF_MASTERS.iter().find(|bit| diagnosis.is(**bit)) {
-            let why = format!("{} is set, which only a master sets", bit.name());
-            self.notes.breach("S-D08", || (why, telegrams.clone()));
-        }
-        if !diagnosis.is(DiagBit::Always1) {
-            self.notes.breach("S-D09", || ("octet 2 bit 2 is 0".into(), telegrams.clone()));
-        }
-        if let Some(why) = wrong_block(diagnosis.0.get(DIAG_LEN..).unwrap_or_default()) {
-            self.notes.breach("S-D07", || (why, telegrams.clone()));
-        }
+        let of_masters = OF_MASTERS.iter().find(|bit| diagnosis.is(**bit));
         let most = self.setup.gsd.as_ref().map(|gsd| usize::from(gsd.max_diag_len));
-        if let Some(most) = most.filter(|most| diagnosis.0.len() > *most) {
-            let why = format!("a diagnosis has {} octets, Max_Diag_Data_Len is {most}", diagnosis.0.len());
-            self.notes.breach("S-K03", || (why, telegrams.clone()));
-        }
-        if status != ReplyStatus::DataLow {
-            let why = format!("Slave_Diag is answered with {}, expected DL", short(status));
-            self.notes.breach("S-D02", || (why, telegrams));
+        let len = diagnosis.0.len();
+        let breaches = [
+            ("S-D07", wrong_block(diagnosis.0.get(DIAG_LEN..).unwrap_or_default())),
+            ("S-D08", of_masters.map(|bit| format!("{} is set, which only a master sets", bit.name()))),
+            ("S-D09", (!diagnosis.is(DiagBit::Always1)).then(|| "octet 2 bit 2 is 0".into())),
+            (
+                "S-K03",
+                most.filter(|most| len > *most)
+                    .map(|most| format!("a diagnosis has {len} octets, Max_Diag_Data_Len is {most}")),
+            ),
+            (
+                "S-D02",
+                (status != ReplyStatus::DataLow)
+                    .then(|| format!("Slave_Diag is answered with {}, expected DL", short(status))),
+            ),
+        ];
+        for (row, why) in breaches {
+            if let Some(why) = why {
+                let telegrams = self.last_shown();
+                self.notes.breach(row, || (why, telegrams));
+            }
         }
     }
 }

@@ -36,7 +36,7 @@ pub fn live(
     attendant: Option<Box<dyn Attendant>>,
     told: &mut dyn FnMut(&Progress),
 ) -> Report {
-    let wire = Wire::live(line, setup.slot);
+    let wire = Wire::live(line, &setup);
     play::run(&mut Bench::new(setup, wire, attendant), wanted, told)
 }
 
@@ -50,6 +50,6 @@ pub fn simulated(
     wanted: &[Row],
     attendant: Option<Box<dyn Attendant>>,
 ) -> std::io::Result<Report> {
-    let wire = Wire::simulated(port, Stop::new()?);
+    let wire = Wire::simulated(port, &setup, Stop::new()?);
     Ok(play::run(&mut Bench::new(setup, wire, attendant), wanted, &mut |_| ()))
 }

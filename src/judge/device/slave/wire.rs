@@ -3,7 +3,7 @@
 use core::time::Duration;
 use std::io::ErrorKind;
 
-use super::Live;
+use super::{Live, Setup};
 use crate::bench;
 use crate::host::{Clock, Link, Received, Stop};
 use crate::judge::device::Ending;
@@ -46,6 +46,8 @@ pub(super) struct Wire {
     link: Box<dyn Link>,
     clock: Box<dyn Clock>,
     stop: Stop,
+    /// The judgement ends then.
+    end: Option<Instant>,
     pub(super) baud: BaudRate,
     pub(super) sight: Sight,
     slot: Duration,
@@ -77,19 +79,20 @@ pub(super) struct Heard {
 
 impl Wire {
     /// A line of the operating system.
-    pub(super) fn live(line: Live, slot: Option<Duration>) -> Self {
+    pub(super) fn live(line: Live, setup: &Setup) -> Self {
         let Live { link, clock, sight, rate: baud, stop } = line;
+        let (slot, begun) = (setup.slot, clock.now());
         let customary = customary_slot(sight, baud);
-        let idle_since = clock.now();
         Self {
             link,
             clock,
             stop,
+            end: setup.limit.map(|limit| begun.saturating_add(limit)),
             baud,
             sight,
             slot: slot.unwrap_or(customary),
             slot_is_given: slot.is_some(),
-            idle_since,
+            idle_since: begun,
             passed: Vec::new(),
             unasked: Vec::new(),
             longest: Duration::ZERO,
@@ -97,19 +100,24 @@ impl Wire {
     }
 
     /// A line in virtual time.
-    pub(super) fn simulated(port: &bench::Port, stop: Stop) -> Self {
+    pub(super) fn simulated(port: &bench::Port, setup: &Setup, stop: Stop) -> Self {
         let (baud, slot) = port.line(|line| (line.baud(), line.slot_time()));
         let (link, clock) = (Box::new(port.clone()), Box::new(port.clone()));
         let line = Live { link, clock, sight: Sight::Exact, rate: baud, stop };
-        Self::live(line, Some(slot).filter(|slot| *slot != customary_slot(Sight::Exact, baud)))
+        let slot = Some(slot).filter(|slot| *slot != customary_slot(Sight::Exact, baud));
+        Self::live(line, &Setup { slot, ..setup.clone() })
     }
 
     pub(super) fn now(&self) -> Instant {
         self.clock.now()
     }
 
-    pub(super) fn is_stopped(&self) -> bool {
-        self.stop.is_requested()
+    /// Why nothing more may be tried.
+    pub(super) fn must_end(&self) -> Option<Ending> {
+        if self.stop.is_requested() {
+            return Some(Ending::Stopped);
+        }
+        self.end.filter(|end| self.now() >= *end).map(|_| Ending::TimeOver)
     }
 
     /// Sets the line to another rate, with its T_SL. `false`: the link has no rate, or not this one.
@@ -189,14 +197,14 @@ impl Wire {
         Ok(())
     }
 
-    /// Lets so much time pass that octets that are no telegram are forgotten.
+    /// Lets so much time pass since the last octet that octets that are no telegram are forgotten.
     pub(super) fn recover(&mut self) -> Course {
         let time = match self.sight {
             Sight::Exact => self.baud.bit_times(2 * SYN_BITS),
             Sight::Measured => self.baud.bit_times(2 * SYN_BITS) + LATENCY,
             Sight::Untimed => FORGOTTEN,
         };
-        self.pass(self.now().saturating_add(time))
+        self.pass(self.idle_since.saturating_add(time))
     }
 
     /// Waits until nobody has said anything for a while.
@@ -235,7 +243,9 @@ impl Wire {
     pub(super) fn silence(&mut self) -> Course<Option<Vec<u8>>> {
         let time = match self.sight {
             Sight::Untimed => self.slot.min(Duration::from_millis(40).max(self.longest * 3)),
-            Sight::Exact | Sight::Measured => self.slot,
+            Sight::Measured => self.slot,
+            // A few octets may be seen at the end of the last one.
+            Sight::Exact => self.slot * 2,
         };
         let until = self.idle_since.saturating_add(time);
         Ok(self.hear(until)?.map(|heard| heard.octets))
@@ -267,7 +277,10 @@ impl Wire {
                 continue;
             }
             let end = if octets.is_empty() { until } else { last.saturating_add(self.gap()) };
-            if now >= end || self.stop.is_requested() {
+            if let Some(ending) = self.must_end() {
+                return Err(Halt::Over(ending));
+            }
+            if now >= end {
                 break;
             }
             self.link.wait(Some(end.saturating_since(now)), &self.stop).map_err(failed)?;

@@ -170,6 +170,8 @@ fn modes() -> Vec<Mistake> {
         at_once("N-D15", "a cyclic velocity acts before its SYNC", 0x405),
         status_in(9, "N-D15", "bit 12 is 0 in csv", |word| word & !0x1000),
         status_in(10, "N-D16", "bit 12 is 0 in cst", |word| word & !0x1000),
+        status_in(7, "N-D32", "bit 12 is 0 in ip", |word| word & !0x1000),
+        status_in(7, "N-D32", "bit 12 is 1 in ip without bit 4", |word| word | 0x1000),
         driven_for("N-D17", "607Ch does not matter", (0x607C, 0), 1235, 0),
         status_in(6, "N-D17", "homing is never attained", |word| word & !0x1000),
         says("N-D18", "homing by method 18 is attained and wrong at once", |mind, frame| {

@@ -27,6 +27,7 @@ pub(super) use dpv1::V1;
 
 use super::broken;
 use super::rig::{FULL, Mistake, RIGHT, SLAVE, Slave, changed, judged, parsed};
+use crate::virtual_time::is_long;
 use profidrive::judge::device::slave::Row;
 
 const SET_PRM: Option<u8> = Some(61);
@@ -181,10 +182,35 @@ fn correct_slaves_of_every_kind_are_not_accused() {
     }
 }
 
+/// A row and those that it needs.
+fn with_needs(id: &str) -> Vec<Row> {
+    let row = Row::named(id).unwrap_or_else(|| panic!("there is no row {id}"));
+    let needed = row.needs().iter().copied().flat_map(with_needs);
+    needed.chain([row]).collect()
+}
+
+/// The rows by which a mistake is judged: with `PROFIDRIVE_LONG` every one, else those that it breaks, a share that goes
+/// round, and what they need.
+fn rows_for(number: usize, mistake: &Mistake) -> Vec<Row> {
+    const SHARES: usize = 8;
+    if is_long() {
+        return Row::all();
+    }
+    let share = Row::all().into_iter().skip(number % SHARES).step_by(SHARES).map(|row| row.id());
+    let mut rows: Vec<Row> = mistake.rows.iter().copied().chain(share).flat_map(with_needs).collect();
+    rows.sort();
+    rows.dedup();
+    rows
+}
+
 fn each_is_found(mistakes: impl Iterator<Item = &'static Mistake>) {
     let mut wrong = Vec::new();
-    for mistake in mistakes {
-        let report = judged(mistake, &Row::all());
+    for (number, mistake) in mistakes.enumerate() {
+        let mut report = judged(mistake, &rows_for(number, mistake));
+        // What is noticed on the way may need rows that are not in the share.
+        if broken(&report) != mistake.rows {
+            report = judged(mistake, &Row::all());
+        }
         if broken(&report) != mistake.rows {
             wrong.push(format!("{}: {:?}, expected {:?}", mistake.name, broken(&report), mistake.rows));
         }

@@ -103,7 +103,7 @@ fn e01(bench: &mut Bench) -> Course {
     a_heartbeat(bench)?;
     let id = bench.id(cob_id::ERROR_CONTROL);
     let periods: &[(u16, u32)] =
-        if bench.setup.quick { &[(50, 3)] } else { &[(50, 10), (100, 5), (1000, 3)] };
+        if bench.setup.quick { &[(50, 3)] } else { &[(50, 10), (100, 5), (1000, 1)] };
     for (millis, count) in periods {
         set_period(bench, *millis)?;
         let period = Duration::from_millis((*millis).into());

@@ -92,12 +92,17 @@ impl Bench {
         self.job(pkw(job, pnu, subindex.unwrap_or(0), 0))
     }
 
-    /// Goes on with this control word for so long: the last status word.
-    pub(in super::super) fn hold(&mut self, stw: u16, time: Duration) -> Course<Zsw> {
+    /// Goes on with this control word for so long, or until the status word is one of these: the last one.
+    pub(in super::super) fn hold(
+        &mut self,
+        stw: u16,
+        time: Duration,
+        is_it: impl Fn(u16) -> bool,
+    ) -> Course<u16> {
         let begun = self.wire.now();
         loop {
-            let (_, zsw) = self.exchange_ppo(Pkw::ZERO, Stw::from_raw(stw))?;
-            if self.wire.now().saturating_since(begun) >= time {
+            let zsw = self.exchange_ppo(Pkw::ZERO, Stw::from_raw(stw))?.1.raw();
+            if is_it(zsw) || self.wire.now().saturating_since(begun) >= time {
                 return Ok(zsw);
             }
         }

@@ -44,6 +44,10 @@ impl Trial for Bench {
         self.shown()
     }
 
+    fn forget_shown(&mut self) {
+        self.wire.take_passed();
+    }
+
     fn begin(&mut self) -> Course {
         self.look()?;
         let first = self.diag()?;
@@ -90,12 +94,7 @@ impl Trial for Bench {
     }
 
     fn must_end(&self) -> Option<Ending> {
-        let over = |limit: &Duration| self.wire.now().saturating_since(self.begun) >= *limit;
-        if self.wire.is_stopped() {
-            Some(Ending::Stopped)
-        } else {
-            self.setup.limit.as_ref().filter(|limit| over(limit)).map(|_| Ending::TimeOver)
-        }
+        self.wire.must_end()
     }
 
     fn noted(&mut self, id: &str) -> Option<(String, Vec<Telegram>)> {
@@ -200,8 +199,8 @@ impl Bench {
                 }
                 return Ok(());
             }
-            if self.must_end().is_some() || self.wire.now().saturating_since(begun) >= LOOKS {
-                return Err(Halt::Over(self.must_end().unwrap_or(Ending::NoDevice)));
+            if self.wire.now().saturating_since(begun) >= LOOKS {
+                return Err(Halt::Over(Ending::NoDevice));
             }
             self.wire.pass(self.wire.now().saturating_add(LOOK_PAUSE))?;
         }

@@ -95,12 +95,16 @@ fn may_change(bench: &mut Bench) -> Course {
     Ok(())
 }
 
-/// Somebody answers at this address.
+/// Somebody answers at this address. Where nobody should, no late reply is waited for.
 fn answers_at(bench: &mut Bench, address: u8) -> Course<bool> {
     let request = Request::of(address, bench.owner(), Service::SlaveDiag, FrameCount::First, &[]);
     bench.forget_count(bench.owner());
-    let heard = bench.exchange_octets(request.sa, &request.octets())?;
-    Ok(heard.is_some_and(|heard| matches!(Answer::of(&heard.octets), Answer::Data(..))))
+    let heard = if address == bench.slave() {
+        bench.exchange_octets(request.sa, &request.octets())?.map(|heard| heard.octets)
+    } else {
+        bench.intruder(request.sa, &request.octets())?
+    };
+    Ok(heard.is_some_and(|octets| matches!(Answer::of(&octets), Answer::Data(..))))
 }
 
 /// It is where it was, and nowhere else.

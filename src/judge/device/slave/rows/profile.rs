@@ -1,5 +1,6 @@
 //! The profile PROFIDRIVE version 2 (`docs/reference/profidrive-v2.md`): parameter channel and states.
 
+use core::ops::RangeInclusive;
 use core::time::Duration;
 
 use super::{row, softer};
@@ -102,6 +103,28 @@ pub(super) const GROUP: Group<Bench> = Group {
             ),
             2,
             U,
+        ),
+        softer(
+            row(
+                "P-K10",
+                "a parameter of the list that is written with the value it has takes it and says it, or is refused for a reason",
+                "a successful write mirrors the value as a read would; 1, 2, 11, 12, 17, 18, 101.. refuse one (profidrive-v2 4 rule 8, 5)",
+                &["P-K08"],
+                By::Trial(k10),
+            ),
+            1,
+            B,
+        ),
+        softer(
+            row(
+                "P-K11",
+                "a description of a parameter is told, or refused with error 9",
+                "job 4: reply 3; 9 no description (profidrive-v2 3, 5)",
+                &["P-K02"],
+                By::Trial(k11),
+            ),
+            2,
+            C,
         ),
         row(
             "P-S01",
@@ -351,6 +374,55 @@ fn k09(bench: &mut Bench) -> Course {
     Ok(())
 }
 
+/// Writing them is a command, whatever the value: loading, storing, resetting.
+const COMMANDS: RangeInclusive<u16> = 970..=979;
+
+fn k10(bench: &mut Bench) -> Course {
+    bench.profile()?;
+    if !bench.setup.writes_allowed {
+        return inapplicable("needs --write: parameters are written with the values that they have");
+    }
+    bench.start_channel()?;
+    let count =
+        u8::try_from(elements(bench)?).unwrap_or(LISTED).min(if bench.setup.quick { 5 } else { LISTED });
+    for element in 1..=count {
+        let pnu = bench.read(LIST, Some(element))?.word();
+        if pnu == 0 {
+            break;
+        }
+        let read = bench.read(pnu, None)?;
+        let id = read.pke.reply();
+        if COMMANDS.contains(&pnu) || !matches!(id, ReplyId::Word | ReplyId::DoubleWord) {
+            continue;
+        }
+        let job = if id == ReplyId::Word { JobId::WriteWord } else { JobId::WriteDoubleWord };
+        let reply = bench.job(pkw(job, pnu, 0, read.double_word()))?;
+        let is_taken = reply.pke.reply() == id && reply.double_word() == read.double_word();
+        let is_refused = reply.pke.reply() == ReplyId::NotExecutable
+            && matches!(reply.pwe_low, 1 | 2 | 11 | 12 | 17 | 18 | 101..);
+        if !is_taken && !is_refused && reply.pke.reply() != ReplyId::NoControlRights {
+            let value = reply.double_word();
+            return broken(format!(
+                "PNU {pnu}, which is {}, is written with it: {} with the value {value}",
+                read.double_word(),
+                words(reply)
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn k11(bench: &mut Bench) -> Course {
+    bench.start_channel()?;
+    let read = must_read(bench)?;
+    let reply = bench.job(pkw(JobId::ReadDescription, read.pke.pnu(), 1, 0))?;
+    let has_none = reply.pke.reply() == ReplyId::NotExecutable && reply.pwe_low == 9;
+    if has_none || reply.pke.reply() == ReplyId::Description {
+        return Ok(());
+    }
+    broken(format!("the description of PNU {} is told with {}", read.pke.pnu(), words(reply)))
+}
+
 /// Bits of ZSW: ready to switch on, ready, operation enabled, switching-on inhibited.
 const READY_TO_SWITCH_ON: u16 = 0x01;
 const READY: u16 = 0x02;
@@ -366,11 +438,18 @@ const ENABLED: u16 = 0x047F;
 
 /// A drive follows within so long.
 const FOLLOWS: Duration = Duration::from_millis(500);
+/// And stays so.
+const STAYS: Duration = Duration::from_millis(50);
 
 /// With this control word these bits of the status word become 1, and those 0.
 fn becomes(bench: &mut Bench, stw: u16, ones: u16, zeros: u16) -> Course {
-    let zsw = bench.hold(stw, FOLLOWS)?.raw();
-    if zsw & ones == ones && zsw & zeros == 0 {
+    let is_it = |zsw: u16| zsw & ones == ones && zsw & zeros == 0;
+    // What only must not come is waited for.
+    if ones != 0 {
+        bench.hold(stw, FOLLOWS, is_it)?;
+    }
+    let zsw = bench.hold(stw, if ones == 0 { FOLLOWS } else { STAYS }, |_| false)?;
+    if is_it(zsw) {
         return Ok(());
     }
     broken(format!("with STW {stw:04X} ZSW is {zsw:04X}, expected {ones:04X} set and {zeros:04X} not"))

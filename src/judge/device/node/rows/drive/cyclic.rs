@@ -53,6 +53,16 @@ pub(super) const GROUP: Group<Bench> = Group {
             ),
             B,
         ),
+        sure(
+            row(
+                "N-D32",
+                "interpolated position: with bit 4 of 6040h, and not without, bit 12 of 6041h is 1 and 6064h follows 60C1h:1 with each SYNC",
+                "modes of 6502h: 60C1h ip (eds 4)",
+                &["N-D03", "N-D06"],
+                By::Trial(d32),
+            ),
+            U,
+        ),
     ],
 };
 
@@ -61,18 +71,37 @@ struct Cycle {
     mode: u8,
     /// What is sent, and what follows it.
     target: u16,
+    sub: u8,
     actual: u16,
+    /// What the control word has beside Enable operation.
+    word: u16,
     /// From set-point to set-point.
     step: i32,
     count: i32,
     tolerance: i32,
 }
 
-const POSITION: Cycle = Cycle { mode: 8, target: 0x607A, actual: 0x6064, step: 20, count: 40, tolerance: 10 };
-const VELOCITY: Cycle =
-    Cycle { mode: 9, target: 0x60FF, actual: 0x606C, step: SPEED / 10, count: 10, tolerance: SPEED / 20 };
+const POSITION: Cycle =
+    Cycle { mode: 8, target: 0x607A, sub: 0, actual: 0x6064, word: 0, step: 20, count: 40, tolerance: 10 };
+/// Bit 4 starts it.
+const INTERPOLATED: Cycle = Cycle { mode: 7, target: 0x60C1, sub: 1, word: 0x10, ..POSITION };
+const VELOCITY: Cycle = Cycle {
+    mode: 9,
+    target: 0x60FF,
+    actual: 0x606C,
+    step: SPEED / 10,
+    count: 10,
+    tolerance: SPEED / 20,
+    ..POSITION
+};
 const CYCLIC_TORQUE: Cycle =
-    Cycle { mode: 10, target: 0x6071, actual: 0x6077, step: TORQUE, count: 1, tolerance: NEARLY };
+    Cycle { mode: 10, target: 0x6071, actual: 0x6077, step: TORQUE, count: 1, tolerance: NEARLY, ..POSITION };
+
+impl Cycle {
+    const fn is_of_positions(&self) -> bool {
+        self.actual == 0x6064
+    }
+}
 
 /// An RPDO of type 1 with a set-point in it.
 struct Carrier {
@@ -100,9 +129,10 @@ impl Carrier {
 }
 
 /// The RPDO for an object: one that maps it, or one that is mapped so.
-fn carrier(bench: &mut Bench, index: u16) -> Course<Carrier> {
-    let bits = bench.value(index, 0)?.len() * 8;
-    let entry = u32::from(index) << 16 | u32::try_from(bits).unwrap_or_default();
+fn carrier(bench: &mut Bench, target: Address) -> Course<Carrier> {
+    let (index, sub) = (target.index.0, target.sub.0);
+    let bits = bench.value(index, sub)?.len() * 8;
+    let entry = u32::from(index) << 16 | u32::from(sub) << 8 | u32::try_from(bits).unwrap_or_default();
     let pdos = bench.pdos(Way::Received)?;
     let maps = pdos.iter().find(|pdo| pdo.entries.contains(&entry)).cloned();
     let pdo = match maps {
@@ -123,7 +153,7 @@ fn carrier(bench: &mut Bench, index: u16) -> Course<Carrier> {
     };
     let id = bench.switch_on(&pdo, 1)?;
     let octets = bench.shown_by_sdo(&pdo)?;
-    let place = pdo.places().unwrap_or_default().into_iter().find(|(at, _)| at.index.0 == index);
+    let place = pdo.places().unwrap_or_default().into_iter().find(|(at, _)| *at == target);
     match (octets, place) {
         (Some(octets), Some((_, place))) => Ok(Carrier { pdo, id, octets, place }),
         (_, _) => inapplicable(format!("its RPDO with {index:04X}h maps what cannot be read")),
@@ -149,11 +179,22 @@ fn begun(bench: &mut Bench, cycle: &Cycle) -> Course<(Carrier, i32)> {
         return inapplicable(format!("6502h does not offer mode {}", cycle.mode));
     }
     bench.enter(NmtState::PreOperational)?;
-    let mut carrier = carrier(bench, cycle.target)?;
+    if cycle.is_of_positions() && bench.value(cycle.target, cycle.sub)?.len() != 4 {
+        return inapplicable(format!("{:04X}h:{} is no position of 32 bits", cycle.target, cycle.sub));
+    }
+    let mut carrier = carrier(bench, Address::new(cycle.target, cycle.sub))?;
     in_mode(bench, cycle.mode, &[])?;
-    let from = if cycle.mode == POSITION.mode { signed(bench, cycle.actual)? } else { 0 };
-    put(bench, cycle.target, 0, from)?;
+    let from = if cycle.is_of_positions() { signed(bench, cycle.actual)? } else { 0 };
+    put(bench, cycle.target, cycle.sub, from)?;
     enabled(bench)?;
+    if cycle.word != 0 {
+        let word = bench.number(0x6041, 0)?;
+        if word & 0x1000 != 0 {
+            let why = format!("6041h is {word:04X}h without bit 4 of 6040h, expected bit 12 = 0");
+            over(bench, broken(why))?;
+        }
+        control(bench, 0x0F | cycle.word)?;
+    }
     // A control word beside the set-point is that of an enabled drive now.
     if let Some(octets) = bench.shown_by_sdo(&carrier.pdo)? {
         carrier.octets = octets;
@@ -187,6 +228,10 @@ fn follows(bench: &mut Bench, cycle: &Cycle) -> Course {
         if bench.number(0x6041, 0)? & 0x1000 == 0 {
             return broken("bit 12 of 6041h is 0: the drive does not follow the command");
         }
+        // Without its SYNC a drive may end an interpolation.
+        if cycle.word != 0 {
+            return Ok(());
+        }
         let beyond = to.saturating_sub(2 * cycle.step);
         let before = signed(bench, actual)?;
         carrier.send(bench, beyond)?;
@@ -204,7 +249,7 @@ fn follows(bench: &mut Bench, cycle: &Cycle) -> Course {
         }
         Ok(())
     })();
-    let rest = if cycle.mode == POSITION.mode { signed(bench, actual) } else { Ok(0) };
+    let rest = if cycle.is_of_positions() { signed(bench, actual) } else { Ok(0) };
     if let Ok(rest) = rest {
         carrier.cycle(bench, rest, CYCLE)?;
     }
@@ -258,4 +303,8 @@ fn d15(bench: &mut Bench) -> Course {
 
 fn d16(bench: &mut Bench) -> Course {
     follows(bench, &CYCLIC_TORQUE)
+}
+
+fn d32(bench: &mut Bench) -> Course {
+    follows(bench, &INTERPOLATED)
 }

@@ -53,9 +53,11 @@ const ERROR: u64 = 1 << 13;
 const HERE: [i32; 2] = [35, 37];
 /// Methods of CiA 402; 15, 16, 31 and 32 are reserved.
 const METHODS: [(i32, i32); 4] = [(1, 14), (17, 30), (33, 35), (37, 37)];
-/// A method that has not ended then is stopped. On a machine they have so long together.
+/// A method that has not ended then is stopped.
 const LONGEST: Duration = Duration::from_secs(30);
-const ALL: Duration = Duration::from_secs(12);
+/// The same on a bus, where they have so long together, so that not the first one alone is tried.
+const LONGEST_ON_A_BUS: Duration = Duration::from_secs(4);
+const ALL: Duration = Duration::from_secs(8);
 
 fn is_method(number: i32) -> bool {
     METHODS.iter().any(|(first, last)| (*first..=*last).contains(&number))
@@ -149,10 +151,11 @@ fn d18(bench: &mut Bench) -> Course {
     let begun = bench.wire.now();
     let all = match (bench.wire.latency.is_zero(), bench.setup.quick) {
         (true, _) => Duration::MAX,
-        (false, true) => ALL / 8,
+        (false, true) => ALL / 6,
         (false, false) => ALL,
     };
-    let longest = if bench.setup.quick { LONGEST / 10 } else { LONGEST };
+    let longest = if bench.wire.latency.is_zero() { LONGEST } else { LONGEST_ON_A_BUS };
+    let longest = if bench.setup.quick { longest / 10 } else { longest };
     for method in methods {
         let left = all.saturating_sub(bench.wire.now().saturating_since(begun));
         if left.is_zero() {
