@@ -1,4 +1,5 @@
-//! Test: a minute of everything wrong at once at five slaves, or at five nodes, is at most 120 lines of the log.
+//! Test: a minute of everything wrong at once at five slaves, or at five nodes, is at most 140 lines of the log: 120 complaints at
+//! most (`host::silence::flood`), and what the drives do meanwhile.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::io;
@@ -16,7 +17,7 @@ use crate::profibus::fdl::Timing;
 use crate::time::BaudRate;
 
 /// Lines of five devices in a minute.
-const MOST: usize = 120;
+const MOST: usize = 140;
 
 /// Where the log is written.
 #[derive(Clone, Default)]

@@ -20,6 +20,7 @@ pub(crate) fn minute_of_slaves(tell: &mut dyn FnMut(Instant, BusEvent)) {
     let lines = slaves::TARGETS.iter().map(|target| {
         let mut line = Line::of(target);
         assert!(line.start_up(), "{}", target.name);
+        line.events.clear();
         (line, Random::new(7))
     });
     let mut lines: Vec<_> = lines.collect();
