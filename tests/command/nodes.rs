@@ -267,7 +267,7 @@ fn a_plant_that_moves_all_the_time_leaves_the_log_small_and_its_faults_in_it() {
     let (_, _, log) = emulator.end();
     assert!(log.contains("more lines about motion; -v logs each of them"), "{log}");
     assert!((5..=20).contains(&log.matches(": travel to ").count()), "{log}");
-    assert!(log.contains("RPDO1 has 1 octets"), "{log}");
+    assert!(log.contains("RPDO1 ignored: it has 1 octet, expected 2"), "{log}");
 }
 
 /// FR-7
