@@ -2,7 +2,7 @@
 //!
 //! | file | holds |
 //! | --- | --- |
-//! | here | [`DEVICES`]: name, options, quirks of each device and how it is made |
+//! | here | `DEVICES`: name, options, quirks of each device and how it is made |
 //! | `choice` | what can be chosen about a device, and what was chosen |
 //! | `given` | what was written, in whichever form |
 //! | `spec` | [`Spec`]: one specification for `a,k=v`, TOML and JSON |

@@ -173,7 +173,7 @@ impl Judge {
         }
     }
 
-    /// Somebody operates the master: who runs the line calls [`Judge::poll_ask`] and [`Judge::asked`].
+    /// Somebody operates the master: who runs the line asks that person.
     #[must_use]
     pub fn operated(mut self) -> Self {
         let mut scenarios = asking(&self.observer.setup);

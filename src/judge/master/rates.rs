@@ -10,7 +10,7 @@ use crate::judge::Verdict;
 use crate::time::BaudRate;
 
 /// Judges a master at each of these rates by these rows, or by all if none but M-B01 to B03 is wanted. `line` gives the master on
-/// a new line at a rate, and how it is configured there. The report is that of [`Report::over_rates`].
+/// a new line at a rate, and how it is configured there. The report has the rows of all rates.
 pub fn at_rates<M: Master>(
     rates: &[BaudRate],
     wanted: &[Row],

@@ -30,7 +30,7 @@ octet_bits! {
 }
 
 octet_bits! {
-    /// A bit of DPV1_Status_3, octet 10 of Set_Prm; bits 2 to 0 are [`alarm_limit`].
+    /// A bit of DPV1_Status_3, octet 10 of Set_Prm; bits 2 to 0 are how many alarms at once.
     Status3 {
         PrmCmd = 7: "PrmCmd", "a command of redundancy follows", "none";
         IsoMReq = 4: "IsoM_Req", "the slave works in step with the bus", "it does not";

@@ -2,7 +2,7 @@
 //!
 //! | file | holds |
 //! | --- | --- |
-//! | here | [`Hint`]: what is odd, in words; [`PAUSE`]: not again and again |
+//! | here | [`Hint`]: what is odd, in words; `PAUSE`: not again and again |
 //! | `watch` | what a device remembers to notice it |
 
 use core::fmt;
