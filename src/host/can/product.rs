@@ -1,4 +1,4 @@
-//! A device that can be a node; the list of all devices has each ([`DEVICES`](crate::host::list::DEVICES)).
+//! A device that can be a node; the list of all devices has each ([the list](mod@crate::host::list)).
 
 use core::fmt;
 
