@@ -1,4 +1,4 @@
-//! A device that can be a node; the list of all devices has each ([the list](mod@crate::host::list)).
+//! A device that can be a node; [the list](mod@crate::host::list) of all devices has each.
 
 use core::fmt;
 
