@@ -36,11 +36,15 @@ start() {
     echo "== $(cat "$work/ready")"
 }
 
-# Every row of a slave, on whatever machine: what takes long is left out.
+# Every row of a slave or a node, on whatever machine: what takes long is left out.
 judge() {
-    "$profidrive" judge --slave "$1" --link "$line" --quick --slot 1000 >"$work/judged" 2>/dev/null \
-        || fail "judge --slave $1: $(grep -A8 '^FAIL' "$work/judged" || tail -3 "$work/judged")"
+    "$profidrive" judge "$@" --quick >"$work/judged" 2>/dev/null \
+        || fail "judge $*: $(grep -A8 '^FAIL' "$work/judged" || tail -3 "$work/judged")"
     grep ' passed, ' "$work/judged"
+}
+
+judge_slave() {
+    judge --slave "$1" --link "$line" --slot 1000
 }
 
 stop() {
@@ -67,13 +71,13 @@ for run in "500000" "9600 --short" "9600 --short"; do
     sleep 0.5
 done
 "$profidrive" master --link "$line" --master-address 2 --address 5 move 800 --yes || fail "profirust: move"
-judge "5,gsd=$root/gsd/SIKO0AC5.GSD"
+judge_slave "5,gsd=$root/gsd/SIKO0AC5.GSD"
 stop
 
 start io stations=7
 "$profidrive" gsd check "$root/gsd/PDRV494F.GSD" || fail "the GSD of the I/O station"
 "$python" "$root/tests/interop/io_station.py" --port "$line" --gsd "$root/gsd/PDRV494F.GSD" || fail "io_station.py"
-judge "7,gsd=$root/gsd/PDRV494F.GSD"
+judge_slave "7,gsd=$root/gsd/PDRV494F.GSD"
 stop
 
 start dpv1 stations=7
@@ -87,12 +91,13 @@ grep -q '70 75 6D 70 20 31' "$work/record" || fail "the name that was written is
 record read 1 2
 "$profidrive" master --link "$line" --address 7 im | tee "$work/record"
 grep -q 'IO 8/8 DP-V1' "$work/record" || fail "I&M0 says no order number"
-judge "7,gsd=$v1"
+judge_slave "7,gsd=$v1"
 stop
 
 start canopen nodes=5
 "$profidrive" eds ag03-1 >"$work/ag03.eds"
 "$canopen_python" "$root/tests/canopen/ag03_travel.py" "$line" "$work/ag03.eds" 5 || fail "ag03_travel.py"
 "$profidrive" master --link "slcan-tty:$line" --node 5 move 0 --yes || fail "our master on CANopen: move"
+judge --node "5,eds=$work/ag03.eds" --link "slcan-tty:$line"
 stop
 echo "OK: masters run the firmwares"
