@@ -7,6 +7,7 @@ pub mod description;
 mod device_event;
 mod drive_state;
 mod event;
+pub(crate) mod hint;
 mod object_entry;
 #[cfg(feature = "std")]
 pub(crate) mod operation;

@@ -210,6 +210,16 @@ def test_the_process_ends_with_its_block(tmp_path: Path) -> None:
     assert any("ended by a signal" in line for line in emulator.log)
 
 
+def test_who_is_not_there_is_said() -> None:
+    with Emulator(drives=["5"]) as emulator:
+        drive = emulator.drives[5]
+        with pytest.raises(KeyError, match="no station at address 6; there are 5"):
+            emulator.drives[6]
+    with pytest.raises(ApiError, match="has the emulator ended") as said:
+        drive.status()
+    assert said.value.status == 0
+
+
 def test_telegrams_are_explained() -> None:
     request, reply = decode([FDL_STATUS, "10 02 05 00 07 16"])
     assert "FDL status request" in request.summary

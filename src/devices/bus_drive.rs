@@ -1,7 +1,7 @@
 //! A drive on PROFIBUS that keeps its address and parameters, as its host asks it.
 
 use crate::face::Description;
-use crate::profibus::dp::{Application, Slave, StoredAddress};
+use crate::profibus::dp::{Application, Station, StoredAddress};
 use crate::profibus::fdl::{Address, MAX_TELEGRAM_LEN, Telegram};
 use crate::time::{BaudRate, Instant};
 
@@ -15,8 +15,13 @@ pub trait BusDrive: Description {
     /// Who judges what its master sends.
     type Application: Application;
 
-    /// Its slave.
-    fn slave(&self) -> &Slave<Self::Application>;
+    /// Its station: address, slave, and what is to be kept of both.
+    fn station(&self) -> &Station<Self::Application>;
+
+    /// Its station address.
+    fn address(&self) -> Address {
+        self.station().address()
+    }
 
     /// The line has another rate from now on.
     fn set_baud(&mut self, baud: BaudRate);
@@ -47,15 +52,9 @@ pub trait BusDrive: Description {
     /// Every value to be kept.
     fn to_keep(&self) -> Vec<KeptValue>;
 
-    /// The address that Set_Slave_Add gave it, to be kept with [`Slave::rem_slave_data`].
-    fn stored_address(&self) -> StoredAddress;
-
     /// The drive is as it was before it was switched off. Values that its table does not take any more are left out.
     fn recall(&mut self, address: (StoredAddress, &[u8]), kept: Vec<KeptValue>);
 
     /// What was to be kept is safe, or could not be kept.
     fn handle_stored(&mut self, now: Instant, stored: bool);
-
-    /// Its station address.
-    fn address(&self) -> Address;
 }

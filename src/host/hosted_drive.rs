@@ -52,7 +52,7 @@ impl<D: HostedDrive> Hosted<D> {
         now: Instant,
     ) -> Result<Box<dyn Participant>, StateDirError> {
         let Some(state) = state else { return Ok(Box::new(self)) };
-        let ident = self.drive.slave().description().ident;
+        let ident = self.drive.station().slave().description().ident;
         let (file, image, kept) = KeptImage::open(state, D::KEPT_AS, ident, self.drive.address())?;
         self.drive.keep_parameters();
         if let Some(Kept { address, rem_slave_data, values, .. }) = kept {
@@ -66,8 +66,8 @@ impl<D: HostedDrive> Hosted<D> {
 /// What a drive keeps.
 fn kept(drive: &impl BusDrive) -> Kept {
     Kept {
-        address: drive.stored_address(),
-        rem_slave_data: drive.slave().rem_slave_data().to_vec(),
+        address: drive.station().stored_address(),
+        rem_slave_data: drive.station().slave().rem_slave_data().to_vec(),
         values: drive.to_keep(),
         records: Vec::new(),
     }
@@ -109,7 +109,7 @@ impl<D: HostedDrive> Participant for Hosted<D> {
     }
 
     fn rates(&self) -> Rates {
-        self.drive.slave().description().rates
+        self.drive.station().slave().description().rates
     }
 
     fn handle_telegram(&mut self, now: Instant, telegram: &Telegram<'_>, news: &mut dyn FnMut(StationEvent)) {
@@ -123,7 +123,7 @@ impl<D: HostedDrive> Participant for Hosted<D> {
             news(event);
         });
         if let Some(event) = refused {
-            self.refusals.learn(self.drive.address(), &event, self.drive.slave().application());
+            self.refusals.learn(self.drive.address(), &event, self.drive.station().slave().application());
         }
     }
 
@@ -153,7 +153,7 @@ impl<D: HostedDrive> Participant for Hosted<D> {
     }
 
     fn watchdog_on(&self) -> bool {
-        self.drive.slave().watchdog_on()
+        self.drive.station().slave().watchdog_on()
     }
 
     fn startup(&self) -> Option<Startup> {

@@ -53,6 +53,12 @@ pub struct ErrorNames {
 impl ErrorNames {
     /// Those of CiA 301, which every device has.
     pub const CIA_301: Self = Self { emcy: |code, _| Some(class(code)), register: REGISTER };
+
+    /// The bits of an error register that are 1, the lowest first.
+    pub(crate) fn set_in(&self, register: u8) -> impl Iterator<Item = &'static str> {
+        let bits = (0..8_u8).zip(self.register);
+        bits.filter(move |(bit, _)| register >> bit & 1 == 1).map(|(_, name)| name)
+    }
 }
 
 /// Functions cannot be compared; devices differ in the names of bits, and an event in its code.

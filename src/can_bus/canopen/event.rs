@@ -350,11 +350,7 @@ impl fmt::Display for Event {
                     write!(f, ", {name}")?;
                 }
                 write!(f, "; error register {register:02X}h")?;
-                let mut bits = names.register.iter().enumerate();
-                bits.try_for_each(|(bit, name)| match register >> bit & 1 {
-                    1 => write!(f, ", {name}"),
-                    _ => Ok(()),
-                })
+                names.set_in(*register).try_for_each(|name| write!(f, ", {name}"))
             }
             Self::LifeGuardingExpired { guard_time, factor } => write!(
                 f,

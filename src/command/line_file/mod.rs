@@ -207,7 +207,7 @@ mod tests {
             (
                 line("[[line.drive]]\naddress = 5\nmodel = 'ag03'\nvalues = { d-Pos = 5 }"),
                 "6, column 20",
-                "has no d-Pos",
+                "an AG03 has no d-Pos",
             ),
             (line("[[line.ppo-drive]]\naddress = 5\nppo = 6"), "5, column 7", "expected 1, 2, 3, 4 or 5"),
             (line("[[line.ppo-drive]]\naddress = 5\nident = 'x'"), "5, column 9", "'x' is no ident number"),

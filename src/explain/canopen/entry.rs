@@ -118,9 +118,7 @@ pub(super) fn emcy(node: &Learned, code: u16, more: [u8; 5]) -> String {
 
 /// The bits of the error register that are 1.
 pub(super) fn register(node: &Learned, bits: u8) -> String {
-    let names = node.words().errors.register;
-    let set: Vec<&str> =
-        (0..8).zip(names).filter(|(n, _)| bits >> n & 1 == 1).map(|(_, name)| name).collect();
+    let set: Vec<_> = node.words().errors.set_in(bits).collect();
     if set.is_empty() { format!("{bits:02X}h, no error") } else { format!("{bits:02X}h, {}", set.join(", ")) }
 }
 

@@ -169,7 +169,10 @@ fn mistakes_that_public_texts_spread_are_explained_as_wrong() {
             "1018 here are decimal digits: PNU 1018 is 3FAh, and reading Calibration value is PKE 13FA",
         ),
         ("1930 0000 0000 0000", "930 here are decimal digits: PNU 930 is 3A2h"),
-        ("13B3 0000 0000 0000", "(in the profile it is 'fault number')"),
+        (
+            "13B3 0000 0000 0000",
+            "there is no parameter 947; near it: 945 Fault buffer, 952 Number of faults (in the profile it is 'fault number')",
+        ),
         ("43E8 0200 0000 0000", "error 9"),
     ] {
         let (line, hints, mark) = line(job, Some(Sender::Master));

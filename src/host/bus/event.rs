@@ -155,23 +155,29 @@ impl fmt::Display for BusEvent {
 
 /// How often what a master can cause in each of its cycles is told before it is counted; `None`: it is told each time.
 fn told_each_time(event: &StationEvent) -> Option<u32> {
-    let of_master = matches!(
-        event.kind(),
-        EventKind::CommandRefused
-            | EventKind::JobRefused
-            | EventKind::Dp
-            | EventKind::Parameter
-            | EventKind::Hint
-    );
     let refused = matches!(event, StationEvent::Acyclic(event) if event.is_refusal());
-    // A change of its state belongs between others; only a circle of them is counted.
-    let times =
-        if event.error().is_some() || refused || is_parameter(event) || event.kind() == EventKind::Hint {
+    let times = match event.kind() {
+        EventKind::Parameter | EventKind::Hint => 1,
+        EventKind::CommandRefused | EventKind::JobRefused | EventKind::Dp
+            if event.error().is_some() || refused =>
+        {
             1
-        } else {
-            3
-        };
-    (of_master && !event.is_detail()).then_some(times)
+        }
+        // A change of its state belongs between others; only a circle of them is counted.
+        EventKind::CommandRefused | EventKind::JobRefused | EventKind::Dp => 3,
+        EventKind::Fault
+        | EventKind::Drive
+        | EventKind::Input
+        | EventKind::Power
+        | EventKind::Nmt
+        | EventKind::Sdo
+        | EventKind::Pdo
+        | EventKind::Emcy
+        | EventKind::ErrorControl
+        | EventKind::Line
+        | EventKind::Removed => return None,
+    };
+    (!event.is_detail()).then_some(times)
 }
 
 /// A parameter was changed: a master may do that all the time, and to many of them.

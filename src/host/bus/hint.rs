@@ -17,7 +17,7 @@ use core::time::Duration;
 pub use self::addresses::Addresses;
 pub(super) use self::owned::Owned;
 use self::start_up::StartUp;
-use crate::devices::ag03::profibus::hint::PAUSE;
+use crate::face::hint::is_due;
 use crate::host::bus::Presence;
 use crate::host::ranges::Ranges;
 use crate::profibus::dp::{self, ControlBit, PrmBit};
@@ -253,7 +253,7 @@ impl Watch {
         }
         // Counts again, so that it is said again while it goes on.
         self.noise = 1;
-        let hint = due(&mut self.noise_said, now)
+        let hint = is_due(&mut self.noise_said, now)
             .then(|| LineHint::OnlyNoise { rate, foreign: Foreign::in_noise(&self.overheard) });
         self.overheard.clear();
         hint
@@ -267,7 +267,7 @@ impl Watch {
         request: &DataTelegram<'_>,
         times: u8,
     ) -> Option<LineHint> {
-        let is_told = times >= NO_RETRY && due(&mut self.again_said, now);
+        let is_told = times >= NO_RETRY && is_due(&mut self.again_said, now);
         is_told.then_some(LineHint::SameFrameCount { master: request.sa, station: request.da })
     }
 
@@ -305,7 +305,7 @@ impl Watch {
                     self.ring.add(*sa);
                 }
                 // Whose address a station has that is not active yet may be a master.
-                let to_slave = presence(*da) == Some(Presence::Active) && due(&mut self.token_said, now);
+                let to_slave = presence(*da) == Some(Presence::Active) && is_due(&mut self.token_said, now);
                 return to_slave.then_some(LineHint::TokenToSlave { master: *sa, station: *da });
             }
             Telegram::ShortAcknowledge => return None,
@@ -322,7 +322,7 @@ impl Watch {
         match &mut self.master {
             Some((master, at)) if *master == data.sa => *at = now,
             Some(_) | None => {
-                if is_there(data.sa) && due(&mut self.same_address_said, now) {
+                if is_there(data.sa) && is_due(&mut self.same_address_said, now) {
                     self.master = Some((data.sa, now));
                     return Some(LineHint::MasterAtStation { address: data.sa });
                 }
@@ -332,7 +332,7 @@ impl Watch {
             }
         }
         if data.da.is_broadcast() || is_there(data.da) {
-            if !is_of_dp(service, data) && due(&mut self.service_said, now) {
+            if !is_of_dp(service, data) && is_due(&mut self.service_said, now) {
                 return Some(LineHint::NotOfDp { master: data.sa, station: data.da, service });
             }
             let alone = self.heard == Addresses::NONE;
@@ -352,7 +352,7 @@ impl Watch {
     fn not_of_dp(&mut self, now: Instant, request: &DataTelegram<'_>) -> Option<LineHint> {
         self.not_dp = self.not_dp.saturating_add(1);
         let hint = LineHint::NotDp { master: request.sa, sap: request.dsap? };
-        (self.not_dp >= NOT_DP && due(&mut self.not_dp_said, now)).then_some(hint)
+        (self.not_dp >= NOT_DP && is_due(&mut self.not_dp_said, now)).then_some(hint)
     }
 
     fn another_master(&mut self, now: Instant, second: Address) -> Option<LineHint> {
@@ -361,7 +361,7 @@ impl Watch {
         // Masters that pass the token to each other are meant to be there.
         let is_ring = self.ring.contains(first) && self.ring.contains(second);
         let together = now.saturating_since(at) < TOGETHER && !is_ring;
-        (together && due(&mut self.second_said, now)).then_some(LineHint::SecondMaster { first, second })
+        (together && is_due(&mut self.second_said, now)).then_some(LineHint::SecondMaster { first, second })
     }
 
     fn asked_in_vain(
@@ -379,7 +379,7 @@ impl Watch {
             return None;
         }
         let (said, at) = &mut self.missed;
-        if due(at, now) {
+        if is_due(at, now) {
             *said = Addresses::NONE;
         } else if said.contains(asked) {
             return None;
@@ -403,15 +403,6 @@ impl Watch {
         self.next = (self.next + 1) % FOLLOWED;
         1
     }
-}
-
-/// Whether the pause since it was said is over; it counts as said then.
-fn due(said: &mut Option<Instant>, now: Instant) -> bool {
-    let due = said.is_none_or(|said| now.saturating_since(said) >= PAUSE);
-    if due {
-        *said = Some(now);
-    }
-    due
 }
 
 /// Whether a request carries or wants data; a master looks for others with FDL_Status.

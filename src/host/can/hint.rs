@@ -4,7 +4,7 @@ use core::fmt;
 
 use crate::can_bus::can::{Frame, Id};
 use crate::can_bus::canopen::{NodeId, cob_id};
-use crate::devices::ag03::profibus::hint::PAUSE;
+use crate::face::hint::{PAUSE, is_due};
 use crate::host::ranges::Ranges;
 use crate::time::Instant;
 
@@ -232,15 +232,6 @@ fn exchanged([command, node]: [u8; 2], there: &impl Fn() -> Numbers) -> Option<B
     let is_command = |octet| matches!(octet, 0x01 | 0x02 | 0x80..=0x82);
     let meant = NodeId::new(command).ok().filter(|_| is_command(node) && !is_command(command))?;
     there().contains(meant).then_some(BusHint::NmtExchanged { node: meant, command: node })
-}
-
-/// Whether a hint that was said at `said` is to be said again; it counts as said then.
-fn is_due(said: &mut Option<Instant>, now: Instant) -> bool {
-    let due = said.is_none_or(|said| now.saturating_since(said) >= PAUSE);
-    if due {
-        *said = Some(now);
-    }
-    due
 }
 
 impl fmt::Display for BusHint {

@@ -89,13 +89,13 @@ impl Node {
         let &PdoParameters { number: pdo, kind, .. } = self.values.rpdos.at(place);
         let in_window = self.in_sync_window(now);
         self.pdos_are_used(now);
-        let Some(rpdo) = self.rpdos.get_mut(place) else { return };
+        let Some(&Rpdo { octets: needed, .. }) = self.rpdos.get(place) else { return };
         let octets = frame.octets();
-        if rpdo.octets == 0 {
+        if needed == 0 {
             return self.no_effect(NoEffect::RpdoEmpty { pdo });
         }
-        if octets.len() < rpdo.octets {
-            let [expected, got] = [rpdo.octets, octets.len()].map(|len| u8::try_from(len).unwrap_or(8));
+        let [expected, got] = [needed, octets.len()].map(|len| u8::try_from(len).unwrap_or(8));
+        if got < expected {
             self.tell(Event::RpdoLength { pdo, expected, got });
             if self.policy.rpdo_short_emcy {
                 self.error_begins(now, Cause::RpdoLength(place), emcy::RPDO_LENGTH, app);
@@ -103,8 +103,7 @@ impl Node {
             app.notice(now, Notice::RpdoLength { pdo, expected, got });
             return;
         }
-        if octets.len() > rpdo.octets {
-            let [expected, got] = [rpdo.octets, octets.len()].map(|len| u8::try_from(len).unwrap_or(8));
+        if got > expected {
             self.no_effect(NoEffect::RpdoLong { pdo, expected, got });
         }
         let Some(rpdo) = self.rpdos.get_mut(place) else { return };

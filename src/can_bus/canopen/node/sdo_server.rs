@@ -374,14 +374,10 @@ impl Node {
     }
 
     pub(super) fn tell_refusal(&mut self, refusal: Refusal) -> Response {
-        let refusal = match refusal.code {
-            Abort::NO_OBJECT => {
-                let Address { index, sub } = refusal.at;
-                let meant = Address::new(index.0.swap_bytes(), sub.0);
-                if self.entry(meant).is_ok() { refusal.with(Rule::Exchanged(meant)) } else { refusal }
-            }
-            _ => refusal,
-        };
+        let Address { index, sub } = refusal.at;
+        let meant = Address::new(index.0.swap_bytes(), sub.0);
+        let is_exchanged = refusal.code == Abort::NO_OBJECT && self.entry(meant).is_ok();
+        let refusal = if is_exchanged { refusal.with(Rule::Exchanged(meant)) } else { refusal };
         self.tell(Event::SdoRefused(refusal));
         Response::Abort { at: refusal.at, code: refusal.code }
     }

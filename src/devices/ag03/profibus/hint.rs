@@ -2,7 +2,7 @@
 //!
 //! | file | holds |
 //! | --- | --- |
-//! | here | [`Hint`]: what is odd, in words; `PAUSE`: not again and again |
+//! | here | [`Hint`]: what is odd, in words |
 //! | `watch` | what a device remembers to notice it |
 
 use core::fmt;
@@ -13,15 +13,13 @@ use super::event::Limits;
 use super::refusal::Bit;
 use crate::devices::ag03::drive::Velocity;
 use crate::devices::ag03::param::Parameter;
+use crate::face::hint::is_due;
 use crate::profibus::dp::StoredAddress;
 use crate::profibus::fdl::Address;
 use crate::profibus::ppo::{Pkw, Stw};
 use crate::time::Instant;
 
 pub(super) mod watch;
-
-/// The same kind of hint is not said again by the same station in this time.
-pub(crate) const PAUSE: Duration = Duration::from_secs(60);
 
 /// Something odd about a station. `Display` is one line of plain English: what, where, and what to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -102,12 +100,7 @@ pub(super) struct Pauses([Option<Instant>; Hint::KINDS]);
 impl Pauses {
     /// Whether it is to be said at `now`; it counts as said then.
     pub(super) fn allow(&mut self, now: Instant, hint: &Hint) -> bool {
-        let Some(said) = self.0.get_mut(hint.kind()) else { return false };
-        if said.is_some_and(|said| now.saturating_since(said) < PAUSE) {
-            return false;
-        }
-        *said = Some(now);
-        true
+        self.0.get_mut(hint.kind()).is_some_and(|said| is_due(said, now))
     }
 }
 

@@ -4,8 +4,8 @@ use crate::map::Map;
 
 use super::{PpoDrive, parameters::Access};
 use crate::devices::{BusDrive, KeptValue, StationEvent, write_reply};
-use crate::profibus::dp::{Application, Slave, StoredAddress};
-use crate::profibus::fdl::{Address, MAX_TELEGRAM_LEN, Telegram};
+use crate::profibus::dp::{Application, Station, StoredAddress};
+use crate::profibus::fdl::{MAX_TELEGRAM_LEN, Telegram};
 use crate::profibus::pkw::{Parameters, Value};
 use crate::time::{BaudRate, Instant};
 
@@ -55,12 +55,8 @@ impl Memory {
 impl<A: Application + 'static> BusDrive for PpoDrive<A> {
     type Application = A;
 
-    fn slave(&self) -> &Slave<A> {
-        self.slave()
-    }
-
-    fn address(&self) -> Address {
-        self.station.address()
+    fn station(&self) -> &Station<A> {
+        &self.station
     }
 
     fn set_baud(&mut self, baud: BaudRate) {
@@ -104,10 +100,6 @@ impl<A: Application + 'static> BusDrive for PpoDrive<A> {
     fn to_keep(&self) -> Vec<KeptValue> {
         let written = self.memory.iter().flat_map(|memory| &memory.written);
         written.map(|((pnu, element), bits)| ((*pnu, element.unwrap_or(0)), *bits)).collect()
-    }
-
-    fn stored_address(&self) -> StoredAddress {
-        self.station.stored_address()
     }
 
     fn recall(&mut self, (address, rem_slave_data): (StoredAddress, &[u8]), kept: Vec<KeptValue>) {

@@ -4,8 +4,8 @@ use super::application::TelegramOnly;
 use super::records::Records;
 use super::{Event, ProfidriveDevice};
 use crate::devices::{BusDrive, KeptValue, StationEvent, write_reply};
-use crate::profibus::dp::{Application, Slave, StoredAddress};
-use crate::profibus::fdl::{Address, MAX_TELEGRAM_LEN, Telegram};
+use crate::profibus::dp::{Application, Station, StoredAddress};
+use crate::profibus::fdl::{MAX_TELEGRAM_LEN, Telegram};
 use crate::time::{BaudRate, Instant};
 
 impl<A: Application> ProfidriveDevice<TelegramOnly<A>> {
@@ -24,12 +24,8 @@ impl<A: Application> ProfidriveDevice<TelegramOnly<A>> {
 impl<A: Application + 'static> BusDrive for ProfidriveDevice<TelegramOnly<A>> {
     type Application = TelegramOnly<A>;
 
-    fn slave(&self) -> &Slave<TelegramOnly<A>> {
-        self.slave()
-    }
-
-    fn address(&self) -> Address {
-        self.station.address()
+    fn station(&self) -> &Station<TelegramOnly<A>> {
+        &self.station
     }
 
     fn set_baud(&mut self, baud: BaudRate) {
@@ -85,10 +81,6 @@ impl<A: Application + 'static> BusDrive for ProfidriveDevice<TelegramOnly<A>> {
     /// Those that are being stored, else those stored before.
     fn to_keep(&self) -> Vec<KeptValue> {
         self.storing.as_ref().unwrap_or(&self.stored).clone()
-    }
-
-    fn stored_address(&self) -> StoredAddress {
-        self.station.stored_address()
     }
 
     fn recall(&mut self, (address, rem_slave_data): (StoredAddress, &[u8]), kept: Vec<KeptValue>) {

@@ -2,7 +2,7 @@
 
 use core::time::Duration;
 
-use super::{LineHint, due};
+use super::{LineHint, is_due};
 use crate::profibus::dp::event::Event;
 use crate::profibus::dp::global_control::Latch;
 use crate::profibus::dp::{ControlBit, GlobalControl};
@@ -88,7 +88,7 @@ impl Owned {
         {
             let time = since.map(|since| now.saturating_since(since)).filter(|time| *time >= HELD);
             if let Some(time) = time
-                && due(said, now)
+                && is_due(said, now)
             {
                 let time = Duration::from_secs(time.as_secs());
                 return Some(LineHint::Held { master: owner.master, station, bit, time });

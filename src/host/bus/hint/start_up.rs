@@ -1,6 +1,6 @@
 //! What masters ask of the stations of a line beside Data_Exchange: what leads to none, or nowhere.
 
-use super::{LineHint, Owned, due};
+use super::{LineHint, Owned, is_due};
 use crate::profibus::dp::{ControlBit, GlobalControl, Service, SetPrm};
 use crate::profibus::fdl::DataTelegram;
 use crate::time::Instant;
@@ -81,7 +81,7 @@ impl StartUp {
             return None;
         }
         let both = SetPrm::parse(request.data).is_ok_and(|prm| prm.lock_req() && prm.unlock_req());
-        (both && due(&mut self.unlock_said, now))
+        (both && is_due(&mut self.unlock_said, now))
             .then_some(LineHint::LockAndUnlock { master: request.sa, station })
     }
 
@@ -93,7 +93,7 @@ impl StartUp {
             return None;
         }
         let hint = LineHint::OnlyDiagnosis { master: request.sa, station: request.da };
-        due(&mut self.diagnosis_said, now).then_some(hint)
+        is_due(&mut self.diagnosis_said, now).then_some(hint)
     }
 
     fn control(
@@ -106,15 +106,15 @@ impl StartUp {
         let master = request.sa;
         let &[command, select] = request.data else {
             let hint = LineHint::ControlLength { master, got: request.data.len() };
-            return due(&mut self.control_said, now).then_some(hint);
+            return is_due(&mut self.control_said, now).then_some(hint);
         };
         if command & ControlBit::RESERVED != 0 {
             let hint = LineHint::ControlReserved { master, command };
-            return due(&mut self.control_said, now).then_some(hint);
+            return is_due(&mut self.control_said, now).then_some(hint);
         }
         let control = GlobalControl::parse(request.data, true)?;
         let hint = owned.in_vain(master, control, select).filter(|_| alone && control.asks_anything())?;
         let of_other = matches!(hint, LineHint::ControlOfOther { .. });
-        due(if of_other { &mut self.other_said } else { &mut self.group_said }, now).then_some(hint)
+        is_due(if of_other { &mut self.other_said } else { &mut self.group_said }, now).then_some(hint)
     }
 }
