@@ -17,6 +17,7 @@ readonly RUN_RATES=(9600 19200 500000 12000000)
 readonly RUNS=5
 readonly STOP_LIMIT=5     # seconds until it has ended after SIGTERM
 readonly KILL_DISTANCE=4000 # increments of the travel that loses its master: 5 s at 30 rpm
+readonly PLC_LIMIT=60    # seconds until the program of the PLC is done; it travels for 5
 readonly KILL_PAUSE=6     # seconds, longer than that travel takes
 
 here=$(realpath "$(dirname "${BASH_SOURCE[0]}")")
@@ -158,6 +159,17 @@ echo "== a drive of the profile"
 start_emulator "$emulator" --link "pty:$work/ppo" \
     --ppo-drive "7,gsd=$root/examples/ppo_drive.gsd,parameters=$root/examples/ppo_drive.toml"
 "$venv/bin/python" "$here/ppo_drive.py" --port "$work/ppo" --gsd "$root/examples/ppo_drive.gsd" || fail "ppo_drive.py"
+stop_emulator
+
+echo "== a PLC program moves a drive, in the soft PLC awlsim"
+start_emulator "$emulator" --link "pty:$work/ag03" --baud 500000 --drive 5
+sed "s|^dev=.*|dev=$work/ag03|; s|^gsd=|gsd=$root/|" "$root/examples/soft-plc/bus.conf" >"$work/bus.conf"
+timeout "$PLC_LIMIT" "$venv/bin/awlsim-test" --no-cpu-dump --hardware "pyprofibus:config=$work/bus.conf" \
+    "$root/examples/soft-plc/travel.awl" >"$work/plc" 2>&1 || fail "awlsim-test: $? $(tail -n 5 "$work/plc")"
+grep -qF 'as requested (CALL SFC 46)' "$work/plc" || fail "the PLC: expected it to stop itself: $(tail -n 5 "$work/plc")"
+for words in 'target 1600 inc reached' 'target 0 inc reached' 'operation disabled'; do
+    grep -qF "$words" "$work/emulator.log" || fail "emulator: expected '$words' in its log"
+done
 stop_emulator
 
 echo "== the line of examples/line"
