@@ -8,6 +8,7 @@ mod eds;
 mod emulate;
 mod encode;
 mod gsd;
+#[cfg(feature = "judge")]
 mod judge;
 mod line_file;
 mod log;
@@ -77,11 +78,14 @@ pub fn main() -> ExitCode {
         Command::Completions(args) => manual::completions(args),
         #[cfg(feature = "manual")]
         Command::Man(args) => manual::man(&args),
+        #[cfg(feature = "judge")]
         Command::Judge(args) => {
             let outcome = judge::judge(&args);
             log.finish();
             return outcome.unwrap_or_else(|failure| report_as(&failure, json, judge::BROKEN));
         }
+        #[cfg(not(feature = "judge"))]
+        Command::Judge(args) => args.check().map_err(Failure::Usage),
     };
     // What was logged comes before the line that says how it ended.
     log.finish();

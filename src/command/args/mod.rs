@@ -8,7 +8,9 @@ mod eds;
 mod emulate;
 mod encode;
 mod gsd;
+#[cfg(feature = "judge")]
 mod judge;
+#[cfg(feature = "judge")]
 mod judged_device;
 mod link;
 #[cfg(feature = "manual")]
@@ -19,6 +21,8 @@ mod quantity;
 mod records;
 mod spec;
 mod try_out;
+#[cfg(not(feature = "judge"))]
+mod unbuilt_judge;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -40,7 +44,9 @@ pub(crate) use encode::{
     Control, Encode, Fcb, Octet, Parameter, Pkw, Service, Telegram, What, WidthSpec, Word,
 };
 pub(crate) use gsd::{Check, Gsd};
+#[cfg(feature = "judge")]
 pub(crate) use judge::{Compare, Judge, JudgedStation, Rows, millis as judge_millis, rows_of};
+#[cfg(feature = "judge")]
 pub(crate) use judged_device::{DeviceLink, JudgedNode, JudgedSlave};
 #[cfg(test)]
 pub(crate) use link::CAN_RATES;
@@ -54,6 +60,8 @@ pub(crate) use master_link::{CanPlace, MasterLink};
 pub(crate) use quantity::Quantity;
 pub(crate) use records::{ParamAction, ParamChange, ParamPlace, Reach, RecordAction};
 pub(crate) use try_out::Try;
+#[cfg(not(feature = "judge"))]
+pub(crate) use unbuilt_judge::Judge;
 
 /// Emulated fieldbus drives on PROFIBUS-DP and CANopen, to test masters with.
 ///
