@@ -132,12 +132,7 @@
 #![cfg_attr(docsrs, feature(doc_cfg))]
 // With these features every layer is in use, and the compiler says what nobody needs.
 #![cfg_attr(
-    not(all(
-        feature = "cli",
-        feature = "judge",
-        feature = "embedded-io",
-        feature = "embedded-io-async"
-    )),
+    not(all(feature = "cli", feature = "judge", feature = "embedded-io", feature = "embedded-io-async")),
     allow(dead_code, unused_imports)
 )]
 
@@ -148,6 +143,8 @@ extern crate self as profidrive;
 pub mod time;
 
 mod chance;
+
+mod untold;
 
 #[cfg(feature = "std")]
 mod map;

@@ -28,13 +28,11 @@ mod settings;
 mod status;
 mod units;
 
-use heapless::Deque;
-
 pub(crate) use fault::Fault;
 pub(crate) use settings::{Actual, Setting};
 
 use super::servo::inputs::{Axis, Inputs};
-use super::servo::news::{News, Targets, Untold};
+use super::servo::news::{News, NewsUntold, Targets};
 use super::servo::pace::{Pace, STEP_SECONDS};
 use super::servo::plant::{Constants, Plant};
 use super::servo::profile::Demand;
@@ -42,6 +40,7 @@ use super::servo::stopping::Stopping;
 use crate::can_bus::cia402::{Controlword, Mode, State};
 use crate::face::surroundings::{Input, Level};
 use crate::time::Instant;
+use crate::untold::Untold;
 use cyclic::Cyclic;
 use motion::Motion;
 use probe::Probes;
@@ -90,8 +89,8 @@ pub(crate) struct Drive {
     windows: Windows,
     probes: Probes,
     pace: Pace,
-    events: Deque<Event, MAX_EVENTS>,
-    news: Untold<Fault>,
+    events: Untold<Event, MAX_EVENTS>,
+    news: NewsUntold<Fault>,
     targets: Targets,
 }
 
@@ -127,8 +126,8 @@ impl Drive {
             windows: Windows::default(),
             probes: Probes::default(),
             pace: Pace::resting(Instant::ZERO),
-            events: Deque::new(),
-            news: Untold::new(),
+            events: Untold::new(),
+            news: NewsUntold::new(),
             targets: Targets::default(),
         }
     }
@@ -234,7 +233,7 @@ impl Drive {
 
     /// The next event.
     pub(crate) fn poll_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+        self.events.pop()
     }
 
     /// When [`advance`](Self::advance) is due, `None` while nothing moves.
@@ -278,9 +277,6 @@ impl Drive {
     }
 
     fn tell(&mut self, event: Event) {
-        if self.events.is_full() {
-            self.events.pop_front();
-        }
-        let _ = self.events.push_back(event);
+        self.events.push(event);
     }
 }

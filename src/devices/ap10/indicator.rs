@@ -1,7 +1,5 @@
 //! The indicator as one object.
 
-use heapless::Deque;
-
 use super::display::Arrow;
 use super::faults::{Battery, Fault, Faults};
 use super::keys::Pressed;
@@ -13,6 +11,7 @@ use super::settings::{Mode, Setting, Settings};
 use super::shaft::{Encoder, Turns};
 use super::words::{Control, ControlBit, Status, StatusBit};
 use crate::time::Instant;
+use crate::untold::Untold;
 
 /// Events that wait for the bus; there is never more than one of each fault and key.
 const MAX_EVENTS: usize = 16;
@@ -116,7 +115,7 @@ pub struct Indicator {
     pub(super) menu: Option<Menu>,
     /// The number Auto-ID waits with for a person.
     pub(super) auto_id: Option<u8>,
-    events: Deque<Event, MAX_EVENTS>,
+    events: Untold<Event, MAX_EVENTS>,
 }
 
 impl Indicator {
@@ -136,7 +135,7 @@ impl Indicator {
             pressed: Pressed::default(),
             menu: None,
             auto_id: None,
-            events: Deque::new(),
+            events: Untold::new(),
         }
     }
 
@@ -377,7 +376,7 @@ impl Indicator {
 
     /// The next event.
     pub fn poll_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+        self.events.pop()
     }
 
     /// The set point that counts in the modes with a position: the valid one received last.
@@ -428,9 +427,6 @@ impl Indicator {
     }
 
     pub(super) fn tell(&mut self, event: Event) {
-        if self.events.is_full() {
-            self.events.pop_front();
-        }
-        let _ = self.events.push_back(event);
+        self.events.push(event);
     }
 }

@@ -31,7 +31,7 @@ pub mod settings;
 pub mod status;
 mod stored;
 
-use heapless::{Deque, Vec};
+use heapless::Vec;
 
 pub use super::servo::{inputs, plant};
 pub use alarm::{Alarm, Clearing, Effect};
@@ -40,12 +40,13 @@ pub use plant::Constants;
 pub(crate) use settings::Digit;
 pub use settings::{Setting, Settings};
 
-use super::servo::news::{News, Targets, Untold};
+use super::servo::news::{News, NewsUntold, Targets};
 use super::servo::pace::{Pace, STEP_SECONDS};
 use super::servo::stopping::Stopping;
 use super::servo::{homing, position, profile, smooth};
 use crate::can_bus::cia402::{Controlword, Mode, State};
 use crate::time::Instant;
+use crate::untold::Untold;
 use alarm::InWords;
 use motion::Motion;
 use plant::Plant;
@@ -162,8 +163,8 @@ pub struct Servo {
     /// 60C1h was written since the mode was entered.
     has_point: bool,
     pace: Pace,
-    events: Deque<Event, MAX_EVENTS>,
-    news: Untold<InWords>,
+    events: Untold<Event, MAX_EVENTS>,
+    news: NewsUntold<InWords>,
     targets: Targets,
 }
 
@@ -197,8 +198,8 @@ impl Servo {
             in_window: 0,
             has_point: false,
             pace: Pace::resting(now),
-            events: Deque::new(),
-            news: Untold::new(),
+            events: Untold::new(),
+            news: NewsUntold::new(),
             targets: Targets::default(),
         };
         servo.power_on();
@@ -303,7 +304,7 @@ impl Servo {
 
     /// The next event.
     pub(crate) fn poll_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+        self.events.pop()
     }
 
     /// When [`advance`](Self::advance) is due, `None` while nothing moves.
@@ -345,9 +346,6 @@ impl Servo {
     }
 
     fn tell(&mut self, event: Event) {
-        if self.events.is_full() {
-            self.events.pop_front();
-        }
-        let _ = self.events.push_back(event);
+        self.events.push(event);
     }
 }

@@ -42,14 +42,13 @@ pub mod table;
 use core::fmt;
 use core::time::Duration;
 
-use heapless::Deque;
-
 pub use command::{Command, Inching};
 pub use faults::{Fault, FaultBuffer, Noted, Warnings};
 pub use quantity::{Quantity, SetError};
 pub use settings::Settings;
 pub use states::{Off, State};
 
+use crate::untold::Untold;
 use motion::{Demand, Motion};
 
 /// The torque is at its limit for so long: a warning, in s.
@@ -75,7 +74,7 @@ pub struct Drive {
     inching: Option<Inching>,
     /// How long the torque is at its limit, s.
     overloaded: f64,
-    events: Deque<Event, MAX_EVENTS>,
+    events: Untold<Event, MAX_EVENTS>,
     /// The last step changed nothing.
     at_rest: bool,
 }
@@ -157,7 +156,7 @@ impl Drive {
             command: Command::default(),
             inching: None,
             overloaded: 0.0,
-            events: Deque::new(),
+            events: Untold::new(),
             at_rest: false,
         }
     }
@@ -232,7 +231,7 @@ impl Drive {
 
     /// The oldest event not taken yet.
     pub(crate) fn poll_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+        self.events.pop()
     }
 
     fn change(&mut self, state: State) {
@@ -242,13 +241,8 @@ impl Drive {
         }
     }
 
-    /// An event more; if nobody takes them, the oldest is lost.
     fn tell(&mut self, event: Event) {
-        if self.events.is_full() {
-            self.events.pop_front();
-        }
-        // There is room now.
-        _ = self.events.push_back(event);
+        self.events.push(event);
     }
 
     fn demand(&mut self, command: &Command) -> Demand {

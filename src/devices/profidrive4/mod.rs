@@ -42,8 +42,6 @@ pub mod profibus;
 mod setting;
 mod speed;
 
-use heapless::Deque;
-
 pub use axis::{AxisStatus, Origin};
 pub use command::{Command, Mdi, Setpoint, Task};
 pub use encoder::{Encoder, EncoderCommand, EncoderStatus};
@@ -60,6 +58,7 @@ use crate::devices::servo::pace::STEP_SECONDS;
 use crate::devices::servo::plant::{self, Constants, Gains, INCREMENTS_PER_REVOLUTION, Plant, rpm};
 use crate::devices::servo::profile::Demand;
 use crate::time::Instant;
+use crate::untold::Untold;
 
 /// The shaft stands below it, rpm.
 const STANDSTILL: f64 = 0.5;
@@ -98,7 +97,7 @@ pub struct Drive {
     blocked: u32,
     began: Instant,
     now: Instant,
-    events: Deque<Event, MAX_EVENTS>,
+    events: Untold<Event, MAX_EVENTS>,
     at_rest: bool,
 }
 
@@ -164,7 +163,7 @@ impl Drive {
             blocked: 0,
             began: now,
             now,
-            events: Deque::new(),
+            events: Untold::new(),
             at_rest: false,
         }
     }
@@ -437,7 +436,7 @@ impl Drive {
 
     /// The oldest event not taken yet.
     pub(crate) fn poll_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+        self.events.pop()
     }
 
     fn change(&mut self, state: State) {
@@ -447,13 +446,8 @@ impl Drive {
         }
     }
 
-    /// An event more; if nobody takes them, the oldest is lost.
     fn tell(&mut self, event: Event) {
-        if self.events.is_full() {
-            self.events.pop_front();
-        }
-        // There is room now.
-        _ = self.events.push_back(event);
+        self.events.push(event);
     }
 }
 

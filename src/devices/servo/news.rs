@@ -2,10 +2,9 @@
 
 use core::fmt;
 
-use heapless::Deque;
-
 use crate::can_bus::cia402::{Command, Controlword, State};
 use crate::face::{DeviceEvent, EventKind};
+use crate::untold::Untold;
 
 /// News that wait to be taken; the oldest make room. Without `std` nobody takes them.
 const MAX_NEWS: usize = if cfg!(feature = "std") { 16 } else { 1 };
@@ -130,25 +129,7 @@ const fn exchanged(word: Controlword) -> bool {
 }
 
 /// News until they are taken.
-#[derive(Clone, Debug)]
-pub(crate) struct Untold<F>(Deque<News<F>, MAX_NEWS>);
-
-impl<F> Untold<F> {
-    pub(crate) const fn new() -> Self {
-        Self(Deque::new())
-    }
-
-    pub(crate) fn push(&mut self, news: News<F>) {
-        if self.0.is_full() {
-            self.0.pop_front();
-        }
-        let _ = self.0.push_back(news);
-    }
-
-    pub(crate) fn pop(&mut self) -> Option<News<F>> {
-        self.0.pop_front()
-    }
-}
+pub(crate) type NewsUntold<F> = Untold<News<F>, MAX_NEWS>;
 
 /// Which target position was taken last, and how often another one came while bit 4 stayed 1.
 #[derive(Clone, Copy, Debug, Default)]

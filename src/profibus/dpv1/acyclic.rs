@@ -15,6 +15,7 @@ use crate::profibus::dp::station::Beside;
 use crate::profibus::dp::{self, Application, ExtDiag, Service, Slave, State, Station};
 use crate::profibus::fdl::{Reply, Request, Telegram};
 use crate::time::Instant;
+use crate::untold::Untold;
 
 /// How many news wait to be taken; of more the oldest are lost.
 const MAX_NEWS: usize = 8;
@@ -87,7 +88,7 @@ pub struct Acyclic<const CONNECTIONS: usize, const ALARMS: usize> {
     ext_prm: bool,
     /// The parameters of Set_Ext_Prm are no blocks.
     ext_prm_fault: bool,
-    news: Deque<Event, MAX_NEWS>,
+    news: Untold<Event, MAX_NEWS>,
 }
 
 /// The block in front of the others in Slave_Diag.
@@ -114,7 +115,7 @@ impl<const CONNECTIONS: usize, const ALARMS: usize> Acyclic<CONNECTIONS, ALARMS>
             open: false,
             ext_prm: false,
             ext_prm_fault: false,
-            news: Deque::new(),
+            news: Untold::new(),
         }
     }
 
@@ -190,7 +191,7 @@ impl<const CONNECTIONS: usize, const ALARMS: usize> Acyclic<CONNECTIONS, ALARMS>
         now: Instant,
     ) -> Option<dp::Event> {
         while let Some(event) = self.connections.handle_timeout(now) {
-            keep(&mut self.news, Some(event));
+            self.news.push(event);
         }
         let event = station.handle_timeout(now);
         self.follow(station);
@@ -206,7 +207,7 @@ impl<const CONNECTIONS: usize, const ALARMS: usize> Acyclic<CONNECTIONS, ALARMS>
     /// The oldest news not taken yet.
     #[must_use]
     pub fn poll_event(&mut self) -> Option<Event> {
-        self.news.pop_front()
+        self.news.pop()
     }
 
     /// Files what the application reports; in place of [`Station::file_diagnosis`].
@@ -294,7 +295,7 @@ impl<const CONNECTIONS: usize, const ALARMS: usize> Acyclic<CONNECTIONS, ALARMS>
                 Front::Nothing => return,
                 Front::Alarm(_) => {
                     if let (Some(alarm), Some(master)) = (self.alarms.deliver(), station.slave().owner()) {
-                        keep(&mut self.news, Some(Event::AlarmDelivered { master, alarm }));
+                        self.news.push(Event::AlarmDelivered { master, alarm });
                     }
                 }
                 Front::Message => {
@@ -359,17 +360,17 @@ impl<const CONNECTIONS: usize, const ALARMS: usize> Acyclic<CONNECTIONS, ALARMS>
                 self.ext_prm_fault = wrong.is_some();
                 let len = u8::try_from(request.data.len()).unwrap_or(u8::MAX);
                 let event = Event::ExtPrm { master: request.sa, len, wrong };
-                keep(&mut self.news, Some(event));
+                self.news.push(event);
                 return Some(Reply::ShortAcknowledge);
             }
             RESOURCE_MANAGER_SAP => {
                 let (reply, event) = self.connections.ask(now, &ms2?, request);
-                keep(&mut self.news, event);
+                self.news.extend(event);
                 return Some(reply);
             }
             ..RESOURCE_MANAGER_SAP => {
                 let (reply, event) = self.connections.serve(now, &ms2?, request, records)?;
-                keep(&mut self.news, event);
+                self.news.extend(event);
                 return Some(reply);
             }
             _ => return None,
@@ -388,18 +389,9 @@ impl<const CONNECTIONS: usize, const ALARMS: usize> Acyclic<CONNECTIONS, ALARMS>
         };
         let server = if channel == Channel::Alarms { alarm_sap } else { server };
         let (fdl, event) = server.take(request.data, &mut bench);
-        keep(news, event);
+        news.extend(event);
         Some(server.reply(fdl))
     }
-}
-
-/// Of too many news the oldest are lost.
-fn keep(news: &mut Deque<Event, MAX_NEWS>, event: Option<Event>) {
-    let Some(event) = event else { return };
-    if news.is_full() {
-        news.pop_front();
-    }
-    let _there_is_room = news.push_back(event);
 }
 
 /// Set_Prm enabled DP-V1.

@@ -28,6 +28,7 @@ use crate::can_bus::canopen::parameter::{Communication, MAX_CONSUMERS};
 use crate::can_bus::canopen::pdo::{PdoNumber, PerPdo};
 use crate::can_bus::canopen::policy::Policy;
 use crate::time::Instant;
+use crate::untold::Untold;
 
 mod access;
 mod errors;
@@ -115,7 +116,7 @@ pub struct Node {
     tpdos: PerPdo<Tpdo>,
     frames: Deque<Frame, MAX_FRAMES>,
     frames_lost: u32,
-    events: Deque<Event, MAX_EVENTS>,
+    events: Untold<Event, MAX_EVENTS>,
     /// The last NMT command that was not followed and told.
     ignored: Option<u8>,
     /// What had no effect and was told, one bit for each kind.
@@ -150,7 +151,7 @@ impl Node {
             tpdos: PerPdo::new(),
             frames: Deque::new(),
             frames_lost: 0,
-            events: Deque::new(),
+            events: Untold::new(),
             ignored: None,
             without_effect: 0,
         }
@@ -337,7 +338,7 @@ impl Node {
 
     /// The next event.
     pub fn poll_event(&mut self) -> Option<Event> {
-        self.events.pop_front()
+        self.events.pop()
     }
 
     /// When [`handle_timeout`](Self::handle_timeout) is to be called, `None` if nothing is due.
@@ -490,9 +491,6 @@ impl Node {
     }
 
     fn tell(&mut self, event: Event) {
-        if self.events.is_full() {
-            self.events.pop_front();
-        }
-        let _ = self.events.push_back(event);
+        self.events.push(event);
     }
 }

@@ -2,8 +2,6 @@
 
 use core::time::Duration;
 
-use heapless::Deque;
-
 use super::Quirks;
 use super::objects::{Alarm, BATTERY_WARNING, OBJECTS, TOTAL_STEPS, TOTAL_STEPS_RANGE};
 use super::vocabulary::ERRORS;
@@ -18,6 +16,7 @@ use crate::devices::ap10::{
     Backup, Battery, Control, Event, Fault, Indicator, RESOLUTION, Restore, Setting, Settings, Slot,
 };
 use crate::time::Instant;
+use crate::untold::Untold;
 
 /// Requests that wait for the node.
 const MAX_REQUESTS: usize = 32;
@@ -58,7 +57,7 @@ pub(super) struct Unit {
     kept: Settings,
     /// The next restart takes factory values of these groups and leaves the EEPROM as it is (CN-110).
     load_pending: [bool; 3],
-    requests: Deque<Request, MAX_REQUESTS>,
+    requests: Untold<Request, MAX_REQUESTS>,
     operational: bool,
     /// When the silence of the master ends OPERATIONAL (5F09h).
     silence_ends: Option<Instant>,
@@ -77,7 +76,7 @@ impl Unit {
             quirks,
             kept,
             load_pending: [false; 3],
-            requests: Deque::new(),
+            requests: Untold::new(),
             operational: false,
             silence_ends: None,
             restart_due: None,
@@ -200,10 +199,7 @@ impl Unit {
     }
 
     fn ask(&mut self, request: Request) {
-        if self.requests.is_full() {
-            self.requests.pop_front();
-        }
-        let _ = self.requests.push_back(request);
+        self.requests.push(request);
     }
 
     /// Parameters after a restart: those of the EEPROM, or factory values once.
@@ -441,7 +437,7 @@ impl Application for Unit {
     }
 
     fn poll_request(&mut self) -> Option<Request> {
-        self.requests.pop_front()
+        self.requests.pop()
     }
 
     fn store(&mut self, _now: Instant, group: Sub) -> Result<Written, Abort> {
