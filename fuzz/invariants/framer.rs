@@ -63,8 +63,8 @@ pub(crate) fn check(data: &[u8]) {
         }
         unheard.extend_from_slice(burst.octets.0);
         if burst.damaged {
-            whole.receive_damaged(now, |_, result| heard_whole.push(note(result)));
-            cut.receive_damaged(now, |_, result| heard_cut.push(note(result)));
+            whole.handle_damaged(now, |_, result| heard_whole.push(note(result)));
+            cut.handle_damaged(now, |_, result| heard_cut.push(note(result)));
         }
         assert_eq!(heard_whole, heard_cut);
         for heard in &heard_whole {

@@ -315,7 +315,7 @@ impl Bus {
     /// An octet with a wrong parity or stop bit that ended at `now`, on links that can tell.
     pub(crate) fn handle_damaged(&mut self, now: Instant) {
         let Self { framer, stations } = self;
-        framer.receive_damaged(now, |at, result| stations.hear(at, now, &result));
+        framer.handle_damaged(now, |at, result| stations.hear(at, now, &result));
     }
 
     /// No octet continues those that were heard: half a telegram is given up now, and counts as what it is.

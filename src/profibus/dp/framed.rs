@@ -109,7 +109,7 @@ impl<A: Application> Framed<A> {
     pub(crate) fn handle_damaged(&mut self, now: Instant) -> bool {
         let Self { framer, part } = self;
         let mut heard = false;
-        framer.receive_damaged(now, |at, result| {
+        framer.handle_damaged(now, |at, result| {
             heard = true;
             part.hear(at, result);
         });

@@ -3,7 +3,7 @@
 use heapless::{Deque, Vec};
 
 use super::alarm::MAX_BLOCK_DATA;
-use super::job::{Bench, Server};
+use super::job::{Context, Server};
 use super::ms2::ResourceManager;
 use super::queue::Queue;
 use super::{
@@ -379,7 +379,7 @@ impl<const CONNECTIONS: usize, const ALARMS: usize> Acyclic<CONNECTIONS, ALARMS>
             return None;
         }
         let Self { ms1: server, alarm_sap, alarms: queue, news, .. } = self;
-        let mut bench = Bench {
+        let mut context = Context {
             master: request.sa,
             channel,
             max_data: ms1.unwrap_or(MAX_DATA),
@@ -388,7 +388,7 @@ impl<const CONNECTIONS: usize, const ALARMS: usize> Acyclic<CONNECTIONS, ALARMS>
             acknowledge: &mut |ack| queue.acknowledge(ack),
         };
         let server = if channel == Channel::Alarms { alarm_sap } else { server };
-        let (fdl, event) = server.take(request.data, &mut bench);
+        let (fdl, event) = server.take(request.data, &mut context);
         news.extend(event);
         Some(server.reply(fdl))
     }

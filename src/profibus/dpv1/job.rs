@@ -76,7 +76,7 @@ enum Work {
 }
 
 /// For whom a job is carried out, and with what.
-pub(super) struct Bench<'a, R> {
+pub(super) struct Context<'a, R> {
     pub(super) master: Address,
     pub(super) channel: Channel,
     /// The most octets of data.
@@ -121,7 +121,7 @@ impl Server {
     pub(super) fn take<R: Records>(
         &mut self,
         octets: &[u8],
-        bench: &mut Bench<'_, R>,
+        context: &mut Context<'_, R>,
     ) -> (Fdl, Option<Event>) {
         if !octets.is_empty() {
             if self.is_busy() || octets.len() > MAX_PDU {
@@ -131,10 +131,10 @@ impl Server {
                 *place = *octet;
             }
             self.len = octets.len();
-            self.work = Work::Running { since: bench.now };
-            return (Fdl::Acknowledged, self.run(bench));
+            self.work = Work::Running { since: context.now };
+            return (Fdl::Acknowledged, self.run(context));
         }
-        let event = self.run(bench);
+        let event = self.run(context);
         match self.work {
             Work::Ready => {
                 self.work = Work::Idle;
@@ -145,19 +145,19 @@ impl Server {
     }
 
     /// Carries on with the request, if one runs.
-    fn run<R: Records>(&mut self, bench: &mut Bench<'_, R>) -> Option<Event> {
+    fn run<R: Records>(&mut self, context: &mut Context<'_, R>) -> Option<Event> {
         let Work::Running { since } = self.work else { return None };
         let request = self.octets;
         let octets = request.get(..self.len).unwrap_or_default();
         match RequestPdu::parse(octets) {
-            Ok(pdu) => self.carry_out(pdu, since, bench),
+            Ok(pdu) => self.carry_out(pdu, since, context),
             Err(error) => {
                 let code = match error {
                     PduError::Function { .. } | PduError::Empty => ErrorCode::NOT_SUPPORTED,
                     PduError::Short { .. } | PduError::Length { .. } => ErrorCode::INVALID_RANGE,
                 };
                 let function = octets.first().copied().unwrap_or_default() & !Function::NEGATIVE;
-                Some(self.refuse(function, None, Failure::of(code), bench))
+                Some(self.refuse(function, None, Failure::of(code), context))
             }
         }
     }
@@ -166,23 +166,23 @@ impl Server {
         &mut self,
         pdu: RequestPdu<'_>,
         since: Instant,
-        bench: &mut Bench<'_, R>,
+        context: &mut Context<'_, R>,
     ) -> Option<Event> {
-        let Bench { master, channel, now, .. } = *bench;
+        let Context { master, channel, now, .. } = *context;
         let job = |slot, index| Job { master, channel, slot, index, since, now };
         let on_alarms = channel == Channel::Alarms;
         match pdu {
-            RequestPdu::Read { slot, index, len } if !on_alarms => self.read(&job(slot, index), len, bench),
+            RequestPdu::Read { slot, index, len } if !on_alarms => self.read(&job(slot, index), len, context),
             RequestPdu::Write { slot, index, data } if !on_alarms => {
-                self.write(&job(slot, index), data, bench)
+                self.write(&job(slot, index), data, context)
             }
             RequestPdu::DataTransport { slot, index, data } if matches!(channel, Channel::Ms2 { .. }) => {
-                self.transport(&job(slot, index), data, bench)
+                self.transport(&job(slot, index), data, context)
             }
             RequestPdu::AlarmAck(ack) if !matches!(channel, Channel::Ms2 { .. }) => {
-                let Some(alarm) = (bench.acknowledge)(ack) else {
+                let Some(alarm) = (context.acknowledge)(ack) else {
                     let failure = Failure::of(ErrorCode::STATE_CONFLICT);
-                    return Some(self.refuse(Function::AlarmAck.number(), None, failure, bench));
+                    return Some(self.refuse(Function::AlarmAck.number(), None, failure, context));
                 };
                 self.answer(ResponsePdu::AlarmAck(ack));
                 Some(Event::AlarmAcknowledged { master, alarm })
@@ -199,24 +199,24 @@ impl Server {
             | RequestPdu::Idle
             | RequestPdu::Abort(_) => {
                 let function = self.octets.first().copied().unwrap_or_default();
-                Some(self.refuse(function, None, Failure::of(ErrorCode::NOT_SUPPORTED), bench))
+                Some(self.refuse(function, None, Failure::of(ErrorCode::NOT_SUPPORTED), context))
             }
         }
     }
 
-    fn read<R: Records>(&mut self, job: &Job, asked: u8, bench: &mut Bench<'_, R>) -> Option<Event> {
+    fn read<R: Records>(&mut self, job: &Job, asked: u8, context: &mut Context<'_, R>) -> Option<Event> {
         let (slot, index, master) = (job.slot, job.index, job.master);
         let mut out = [0; MAX_DATA as usize];
         let result = match asked {
             0 => Err(NotDone::refused(ErrorCode::INVALID_RANGE)),
-            1.. if index == CALL_INDEX => self.identify(job, &mut out, bench.records),
-            1.. => bench.records.read(job, &mut out),
+            1.. if index == CALL_INDEX => self.identify(job, &mut out, context.records),
+            1.. => context.records.read(job, &mut out),
         };
         let len = match result {
-            Ok(len) => len.min(asked.min(bench.max_data).into()),
+            Ok(len) => len.min(asked.min(context.max_data).into()),
             Err(NotDone::Yet) => return None,
             Err(NotDone::Refused(failure)) => {
-                return Some(self.refuse(Function::Read.number(), Some((slot, index)), failure, bench));
+                return Some(self.refuse(Function::Read.number(), Some((slot, index)), failure, context));
             }
         };
         let data = out.get(..len).unwrap_or_default();
@@ -248,14 +248,14 @@ impl Server {
         Ok(CALL_LEN + identification::LEN)
     }
 
-    fn write<R: Records>(&mut self, job: &Job, data: &[u8], bench: &mut Bench<'_, R>) -> Option<Event> {
+    fn write<R: Records>(&mut self, job: &Job, data: &[u8], context: &mut Context<'_, R>) -> Option<Event> {
         let (slot, index, master) = (job.slot, job.index, job.master);
         let len = u8::try_from(data.len()).unwrap_or(MAX_DATA);
         let result = match data.len() {
-            _ if len > bench.max_data => Err(NotDone::refused(ErrorCode::WRITE_LENGTH)),
+            _ if len > context.max_data => Err(NotDone::refused(ErrorCode::WRITE_LENGTH)),
             0 => Err(NotDone::refused(ErrorCode::INVALID_RANGE)),
-            _ if index == CALL_INDEX => self.call(job, data, bench.records),
-            _ => bench.records.write(job, data).map(|()| None),
+            _ if index == CALL_INDEX => self.call(job, data, context.records),
+            _ => context.records.write(job, data).map(|()| None),
         };
         match result {
             Ok(written) => {
@@ -269,7 +269,7 @@ impl Server {
             }
             Err(NotDone::Yet) => None,
             Err(NotDone::Refused(failure)) => {
-                Some(self.refuse(Function::Write.number(), Some((slot, index)), failure, bench))
+                Some(self.refuse(Function::Write.number(), Some((slot, index)), failure, context))
             }
         }
     }
@@ -295,19 +295,24 @@ impl Server {
         }
     }
 
-    fn transport<R: Records>(&mut self, job: &Job, data: &[u8], bench: &mut Bench<'_, R>) -> Option<Event> {
+    fn transport<R: Records>(
+        &mut self,
+        job: &Job,
+        data: &[u8],
+        context: &mut Context<'_, R>,
+    ) -> Option<Event> {
         let (slot, index) = (job.slot, job.index);
         let mut out = [0; MAX_DATA as usize];
-        match bench.records.transport(job, data, &mut out) {
+        match context.records.transport(job, data, &mut out) {
             Ok(len) => {
-                let data = out.get(..len.min(bench.max_data.into())).unwrap_or_default();
+                let data = out.get(..len.min(context.max_data.into())).unwrap_or_default();
                 self.answer(ResponsePdu::DataTransport { slot, index, data });
                 None
             }
             Err(NotDone::Yet) => None,
             Err(NotDone::Refused(failure)) => {
                 let function = Function::DataTransport.number();
-                Some(self.refuse(function, Some((slot, index)), failure, bench))
+                Some(self.refuse(function, Some((slot, index)), failure, context))
             }
         }
     }
@@ -317,10 +322,10 @@ impl Server {
         function: u8,
         place: Option<(u8, u8)>,
         failure: Failure,
-        bench: &Bench<'_, R>,
+        context: &Context<'_, R>,
     ) -> Event {
         self.answer(ResponsePdu::Negative { function, failure });
-        Event::Refused { master: bench.master, channel: bench.channel, function, place, failure }
+        Event::Refused { master: context.master, channel: context.channel, function, place, failure }
     }
 
     /// The response waits for the next poll.

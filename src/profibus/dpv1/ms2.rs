@@ -10,7 +10,7 @@ use core::time::Duration;
 
 use super::connection::{Abort, AbortReason, AdditionalAddress, Instance, READ_WRITE, Subnet};
 use super::connection::{Initiate, InitiateResponse, Terms};
-use super::job::{Bench, Fdl, Server};
+use super::job::{Context, Fdl, Server};
 use super::pdu::{RequestPdu, ResponsePdu};
 use super::{Channel, Closed, Event, MAX_DATA, Ms2Offer, Records};
 use crate::profibus::fdl::{Address, Reply, Request};
@@ -199,7 +199,7 @@ impl<const N: usize> ResourceManager<N> {
                 if !request.data.is_empty() || connection.server.is_busy() {
                     connection.heard(now);
                 }
-                let mut bench = Bench {
+                let mut context = Context {
                     master,
                     channel: Channel::Ms2 { sap },
                     max_data: offer.max_data,
@@ -207,7 +207,7 @@ impl<const N: usize> ResourceManager<N> {
                     records,
                     acknowledge: &mut |_| None,
                 };
-                let (fdl, event) = connection.server.take(request.data, &mut bench);
+                let (fdl, event) = connection.server.take(request.data, &mut context);
                 Some((connection.server.reply(fdl), event))
             }
         }

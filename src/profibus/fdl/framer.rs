@@ -114,12 +114,12 @@ impl Framer {
             // `last_octet` is of no use while nothing is unfinished.
             return sink(now, Ok(telegram));
         }
-        self.receive_pieces(now, octets, &mut sink);
+        self.handle_pieces(now, octets, &mut sink);
     }
 
     /// As [`Framer::handle_bytes`], for octets that may be anything.
     #[inline(never)]
-    fn receive_pieces(
+    fn handle_pieces(
         &mut self,
         now: Instant,
         octets: &[u8],
@@ -150,7 +150,7 @@ impl Framer {
     ///
     /// Under [`Resync::Idle`] the line must fall silent before the next telegram; under [`Resync::Scan`] the next
     /// octet may begin one.
-    pub fn receive_damaged(
+    pub fn handle_damaged(
         &mut self,
         now: Instant,
         mut sink: impl FnMut(Instant, Result<Telegram<'_>, FrameError>),

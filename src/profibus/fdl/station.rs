@@ -318,11 +318,11 @@ impl Station {
             };
         }
         if telegram.da != self.address {
-            return self.receive_at_former(now, telegram, service, frame_count);
+            return self.answer_at_former(now, telegram, service, frame_count);
         }
         self.former = None;
         match service {
-            Service::SrdLow | Service::SrdHigh => self.receive_srd(now, telegram, service, frame_count),
+            Service::SrdLow | Service::SrdHigh => self.answer_srd(now, telegram, service, frame_count),
             Service::SdnLow | Service::SdnHigh => {
                 self.last = None;
                 Reception::Data(request(telegram))
@@ -425,7 +425,7 @@ impl Station {
     }
 
     #[inline(always)]
-    fn receive_srd<'a>(
+    fn answer_srd<'a>(
         &mut self,
         now: Instant,
         telegram: &DataTelegram<'a>,
@@ -452,7 +452,7 @@ impl Station {
     }
 
     /// A telegram that is not for our address: the retry of the one that took an address from us is (C-05).
-    fn receive_at_former<'a>(
+    fn answer_at_former<'a>(
         &mut self,
         now: Instant,
         telegram: &DataTelegram<'a>,

@@ -144,7 +144,7 @@ impl Slave for OnLine {
     fn handle_damaged(&mut self, now: Instant) -> bool {
         let Self { framer, part } = self;
         let mut heard = false;
-        framer.receive_damaged(now, |at, result| {
+        framer.handle_damaged(now, |at, result| {
             heard = true;
             part.hear(at, result);
         });

@@ -74,7 +74,7 @@ impl Node {
         }
     }
 
-    /// Writes an entry as a client does, while no client waits for an answer: somebody who has the device on a bench. What
+    /// Writes an entry as a client does, while no client waits for an answer: somebody who has the device in front of him. What
     /// a client waits for goes on. Counts as a `handle_*` call.
     ///
     /// # Errors

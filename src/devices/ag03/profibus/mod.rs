@@ -383,7 +383,7 @@ impl Device {
         part.news = false;
         part.advance(now);
         if part.unit.is_working() {
-            framer.receive_damaged(now, |_, result| part.hear(now, result));
+            framer.handle_damaged(now, |_, result| part.hear(now, result));
         }
         part.news
     }

@@ -3,7 +3,7 @@
 use crate::map::Map;
 use core::time::Duration;
 
-use super::Bench;
+use super::Tester;
 use crate::can_bus::can::Id;
 use crate::can_bus::canopen::value::{DataType, ValueKind};
 use crate::can_bus::canopen::{Abort, Address};
@@ -104,7 +104,7 @@ pub(super) fn whole(octets: &[u8]) -> u64 {
     octets.iter().take(8).rev().fold(0, |number, octet| number << 8 | u64::from(*octet))
 }
 
-impl Bench {
+impl Tester {
     /// Learns what rows need to know.
     pub(super) fn learn(&mut self) -> Course {
         // What is wrong with the answer is said by the rows about it.

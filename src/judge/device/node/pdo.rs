@@ -2,7 +2,7 @@
 
 use core::time::Duration;
 
-use super::Bench;
+use super::Tester;
 use super::objects::Listed;
 use super::wire::Passed;
 use crate::can_bus::can::Id;
@@ -80,7 +80,7 @@ impl Pdo {
     }
 }
 
-impl Bench {
+impl Tester {
     /// The PDOs of that direction, the first few.
     pub(super) fn pdos(&mut self, way: Way) -> Course<Vec<Pdo>> {
         let mut pdos = Vec::new();

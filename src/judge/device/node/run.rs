@@ -3,7 +3,7 @@
 use core::time::Duration;
 
 use super::wire::Wire;
-use super::{Bench, Port, Report, Row, Setup};
+use super::{Port, Report, Row, Setup, Tester};
 use crate::host::can::CanEndpoint;
 use crate::host::{Clock, Stop};
 use crate::judge::Progress;
@@ -37,7 +37,7 @@ pub fn live(
     told: &mut dyn FnMut(&Progress),
 ) -> Report {
     let wire = Wire::new(bus.endpoint, bus.clock, bus.stop, LATENCY, setup.limit);
-    play::run(&mut Bench::new(setup, wire, attendant), wanted, told)
+    play::run(&mut Tester::new(setup, wire, attendant), wanted, told)
 }
 
 /// Judges a node on a bus in virtual time by these rows. It is on the bus already.
@@ -52,5 +52,5 @@ pub fn simulated<E: 'static>(
 ) -> std::io::Result<Report> {
     let wire =
         Wire::new(Box::new(port.clone()), Box::new(port.clone()), Stop::new()?, Duration::ZERO, setup.limit);
-    Ok(play::run(&mut Bench::new(setup, wire, attendant), wanted, &mut |_| ()))
+    Ok(play::run(&mut Tester::new(setup, wire, attendant), wanted, &mut |_| ()))
 }

@@ -1,6 +1,6 @@
 //! Transfers of an SDO client, with every octet of the answers looked at.
 
-use super::Bench;
+use super::Tester;
 use crate::can_bus::canopen::sdo::block::{LAST, SEGMENT_LEN, crc_16};
 use crate::can_bus::canopen::{Abort, Address, cob_id};
 use crate::explain::hex;
@@ -43,7 +43,7 @@ pub(super) fn expedited([command, _, _, _, data @ ..]: [u8; 8]) -> Option<Vec<u8
     (command >> 5 == 2).then(|| data.get(..len).unwrap_or_default().to_vec())
 }
 
-impl Bench {
+impl Tester {
     /// Reads an entry: its octets, or the code of the abort.
     pub(super) fn upload(&mut self, at: Address) -> Course<Result<Vec<u8>, u32>> {
         let what = format!("a read of {at}");
@@ -204,7 +204,7 @@ impl Bench {
             }
         }
         let id = self.id(cob_id::SDO_SERVER);
-        let Some(end) = self.find(super::bench::LATE * 3, |frame| frame.id() == id)? else {
+        let Some(end) = self.find(super::tester::LATE * 3, |frame| frame.id() == id)? else {
             return broken(format!("the end of {what} does not come"));
         };
         let Ok([command, low, high, ..]) = <[u8; 8]>::try_from(end.frame.octets()) else {
@@ -230,7 +230,7 @@ impl Bench {
     fn block(&mut self, size: u8, octets: &mut Vec<u8>, what: &str) -> Course<(u8, bool)> {
         let id = self.id(cob_id::SDO_SERVER);
         for number in 1..=size {
-            let Some(segment) = self.find(super::bench::LATE * 3, |frame| frame.id() == id)? else {
+            let Some(segment) = self.find(super::tester::LATE * 3, |frame| frame.id() == id)? else {
                 self.alive()?;
                 return broken(format!("segment {number} of {what} does not come"));
             };
@@ -285,7 +285,7 @@ impl Bench {
                 self.send(id, &segment)?;
             }
             let server = self.id(cob_id::SDO_SERVER);
-            let Some(taken) = self.find(super::bench::LATE * 3, |frame| frame.id() == server)? else {
+            let Some(taken) = self.find(super::tester::LATE * 3, |frame| frame.id() == server)? else {
                 self.alive()?;
                 return broken(format!("a block of {what} is not answered"));
             };

@@ -1,7 +1,7 @@
 //! A slave on a link of the operating system, or in virtual time.
 
 use super::wire::{Sight, Wire};
-use super::{Bench, Report, Row, Setup};
+use super::{Report, Row, Setup, Tester};
 use crate::bench;
 use crate::host::{Clock, Link, Stop};
 use crate::judge::Progress;
@@ -37,7 +37,7 @@ pub fn live(
     told: &mut dyn FnMut(&Progress),
 ) -> Report {
     let wire = Wire::live(line, &setup);
-    play::run(&mut Bench::new(setup, wire, attendant), wanted, told)
+    play::run(&mut Tester::new(setup, wire, attendant), wanted, told)
 }
 
 /// Judges a slave on a line in virtual time by these rows, to the bit time. It is on the line already.
@@ -51,5 +51,5 @@ pub fn simulated(
     attendant: Option<Box<dyn Attendant>>,
 ) -> std::io::Result<Report> {
     let wire = Wire::simulated(port, &setup, Stop::new()?);
-    Ok(play::run(&mut Bench::new(setup, wire, attendant), wanted, &mut |_| ()))
+    Ok(play::run(&mut Tester::new(setup, wire, attendant), wanted, &mut |_| ()))
 }

@@ -227,7 +227,7 @@ fn f_06_an_octet_with_wrong_parity_ends_its_telegram_under_both_rules() {
             let mut framer = Framer::new(resync);
             assert_eq!(hear(&mut framer, time(at), &STATUS_5[..at]), []);
             let mut heard = Vec::new();
-            framer.receive_damaged(time(at + 1), |_, result| heard.push(noted(result)));
+            framer.handle_damaged(time(at + 1), |_, result| heard.push(noted(result)));
             assert_eq!(heard, [Heard::Refused(FrameError::Parity)]);
             let rest = hear(&mut framer, time(STATUS_5.len()), &STATUS_5[at + 1..]);
             assert!(!rest.iter().any(|heard| matches!(heard, Heard::Telegram(_))), "{rest:?}");

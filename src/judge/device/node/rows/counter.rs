@@ -7,12 +7,12 @@ use crate::can_bus::can::Id;
 use crate::can_bus::canopen::cob_id::CobId;
 use crate::can_bus::canopen::{Abort, NmtState};
 use crate::judge::device::course::{Course, broken, inapplicable};
-use crate::judge::device::node::Bench;
+use crate::judge::device::node::Tester;
 use crate::judge::device::node::pdo::Way;
 use crate::judge::device::row::{By, Group};
 use crate::judge::requirement::Confidence::B;
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "SYNC counter, TIME",
     rows: &[
         row(
@@ -59,57 +59,57 @@ pub(super) const GROUP: Group<Bench> = Group {
     ],
 };
 
-fn a_counter(bench: &mut Bench) -> Course {
-    bench.may_write()?;
-    if bench.is_writable(0x1019, 0)? { Ok(()) } else { inapplicable("it has no 1019h to write to") }
+fn a_counter(tester: &mut Tester) -> Course {
+    tester.may_write()?;
+    if tester.is_writable(0x1019, 0)? { Ok(()) } else { inapplicable("it has no 1019h to write to") }
 }
 
-fn y50(bench: &mut Bench) -> Course {
-    a_counter(bench)?;
-    if bench.is_writable(0x1006, 0)? {
-        bench.set(0x1006, 0, &[0; 4])?;
+fn y50(tester: &mut Tester) -> Course {
+    a_counter(tester)?;
+    if tester.is_writable(0x1006, 0)? {
+        tester.set(0x1006, 0, &[0; 4])?;
     }
     for value in [2, 240, 0] {
-        bench.set(0x1019, 0, &[value])?;
+        tester.set(0x1019, 0, &[value])?;
     }
     let codes = [Abort::RANGE, Abort::TOO_LOW, Abort::TOO_HIGH].map(Abort::code);
     for value in [1, 241, 255] {
-        let got = bench.try_set(0x1019, 0, &[value])?;
-        bench.must_refuse(got, &codes, &format!("1019h = {value}"))?;
+        let got = tester.try_set(0x1019, 0, &[value])?;
+        tester.must_refuse(got, &codes, &format!("1019h = {value}"))?;
     }
     Ok(())
 }
 
-fn y51(bench: &mut Bench) -> Course {
-    a_counter(bench)?;
-    if !bench.is_writable(0x1006, 0)? {
+fn y51(tester: &mut Tester) -> Course {
+    a_counter(tester)?;
+    if !tester.is_writable(0x1006, 0)? {
         return inapplicable("it has no 1006h to write to");
     }
-    bench.set(0x1006, 0, &50_000_u32.to_le_bytes())?;
-    let got = bench.try_set(0x1019, 0, &[10])?;
-    bench.must_refuse(got, &[Abort::DEVICE_STATE.code()], "1019h = 10 while 1006h is 50000")
+    tester.set(0x1006, 0, &50_000_u32.to_le_bytes())?;
+    let got = tester.try_set(0x1019, 0, &[10])?;
+    tester.must_refuse(got, &[Abort::DEVICE_STATE.code()], "1019h = 10 while 1006h is 50000")
 }
 
-fn y52(bench: &mut Bench) -> Course {
+fn y52(tester: &mut Tester) -> Course {
     const HIGHEST: u8 = 10;
     const START: u8 = 5;
-    a_counter(bench)?;
-    let pdo = bench.a_pdo(Way::Sent)?;
-    if !bench.is_writable(pdo.parameters(), 6)? {
+    a_counter(tester)?;
+    let pdo = tester.a_pdo(Way::Sent)?;
+    if !tester.is_writable(pdo.parameters(), 6)? {
         return inapplicable(format!("it has no {:04X}h:06 to write to", pdo.parameters()));
     }
-    bench.alone(&pdo)?;
-    bench.switch_off(&pdo)?;
-    bench.set(0x1019, 0, &[HIGHEST])?;
-    bench.set(pdo.parameters(), 6, &[START])?;
+    tester.alone(&pdo)?;
+    tester.switch_off(&pdo)?;
+    tester.set(0x1019, 0, &[HIGHEST])?;
+    tester.set(pdo.parameters(), 6, &[START])?;
     // With larger types stacks differ: whether that SYNC is the first or the last one of n.
-    let id = bench.switch_on(&pdo, 1)?;
-    bench.enter(NmtState::Operational)?;
-    bench.collect(bench.silence())?;
-    let sync = bench.sync_id()?;
+    let id = tester.switch_on(&pdo, 1)?;
+    tester.enter(NmtState::Operational)?;
+    tester.collect(tester.silence())?;
+    let sync = tester.sync_id()?;
     for (number, counter) in (1..).zip((1..=HIGHEST).chain(1..=4)) {
-        bench.send(sync, &[counter])?;
-        let come = bench.come(id, bench.silence())?.len();
+        tester.send(sync, &[counter])?;
+        let come = tester.come(id, tester.silence())?.len();
         // Once it has begun it goes on, through the end of the counter.
         let due = number >= START;
         if come != usize::from(due) {
@@ -122,29 +122,29 @@ fn y52(bench: &mut Bench) -> Course {
     Ok(())
 }
 
-fn y53(bench: &mut Bench) -> Course {
-    bench.may_write()?;
-    if !bench.is_writable(0x1006, 0)? || !bench.is_writable(0x1005, 0)? {
+fn y53(tester: &mut Tester) -> Course {
+    tester.may_write()?;
+    if !tester.is_writable(0x1006, 0)? || !tester.is_writable(0x1005, 0)? {
         return inapplicable("it has no 1005h and 1006h to write to");
     }
     let period = Duration::from_millis(50);
-    let counts = bench.is_writable(0x1019, 0)?;
+    let counts = tester.is_writable(0x1019, 0)?;
     if counts {
-        bench.set(0x1019, 0, &[3])?;
+        tester.set(0x1019, 0, &[3])?;
     }
-    bench.set(0x1006, 0, &50_000_u32.to_le_bytes())?;
-    let own = u32::try_from(bench.number(0x1005, 0)?).unwrap_or(0x80);
-    if bench.try_set(0x1005, 0, &(own | CobId::BIT_30).to_le_bytes())?.is_err() {
+    tester.set(0x1006, 0, &50_000_u32.to_le_bytes())?;
+    let own = u32::try_from(tester.number(0x1005, 0)?).unwrap_or(0x80);
+    if tester.try_set(0x1005, 0, &(own | CobId::BIT_30).to_le_bytes())?.is_err() {
         return inapplicable("it sends no SYNC: 1005h refuses bit 30");
     }
     let Some(id) = CobId(own & !CobId::BIT_30 & !CobId::INVALID).id() else {
         return inapplicable("1005h has no identifier");
     };
-    let come = bench.come(id, period * 6 + bench.wire.latency)?;
+    let come = tester.come(id, period * 6 + tester.wire.latency)?;
     if come.len() < 5 {
         return broken(format!("1006h is 50000, and {} SYNCs come in 300 ms", come.len()));
     }
-    let margin = period / 10 + bench.wire.latency;
+    let margin = period / 10 + tester.wire.latency;
     for (number, pair) in come.windows(2).enumerate() {
         let [one, next] = pair else { continue };
         let apart = next.at.saturating_since(one.at);
@@ -160,23 +160,23 @@ fn y53(bench: &mut Bench) -> Course {
     Ok(())
 }
 
-fn t01(bench: &mut Bench) -> Course {
+fn t01(tester: &mut Tester) -> Course {
     const PREDEFINED: u32 = 0x100;
-    let number = bench.number_if(0x1012, 0)?.and_then(|number| u32::try_from(number).ok());
+    let number = tester.number_if(0x1012, 0)?.and_then(|number| u32::try_from(number).ok());
     let id = CobId(number.unwrap_or(PREDEFINED) & !CobId::INVALID & !CobId::BIT_30).id();
     let Some(id) = id.or_else(|| Id::base(0x100).ok()) else {
         return inapplicable("1012h has no identifier");
     };
-    bench.drain()?;
+    tester.drain()?;
     for octets in [&[0x10, 0x27, 0, 0, 1, 0][..], &[0xFF; 6], &[], &[1], &[0; 8]] {
-        bench.send(id, octets)?;
+        tester.send(id, octets)?;
     }
-    bench.request(id, 6)?;
-    let heartbeat = bench.id(crate::can_bus::canopen::cob_id::ERROR_CONTROL);
-    for passed in bench.collect(bench.silence() * 2)? {
+    tester.request(id, 6)?;
+    let heartbeat = tester.id(crate::can_bus::canopen::cob_id::ERROR_CONTROL);
+    for passed in tester.collect(tester.silence() * 2)? {
         if passed.frame.id() != heartbeat {
             return broken(format!("{} comes after a TIME", passed.frame));
         }
     }
-    bench.value(0x1000, 0).map(drop)
+    tester.value(0x1000, 0).map(drop)
 }

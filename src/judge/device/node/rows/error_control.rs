@@ -6,12 +6,12 @@ use super::{row, sure};
 use crate::can_bus::can::{Frame, Id};
 use crate::can_bus::canopen::{Abort, NmtState, NodeId, cob_id};
 use crate::judge::device::course::{Course, broken, inapplicable};
-use crate::judge::device::node::Bench;
+use crate::judge::device::node::Tester;
 use crate::judge::device::node::wire::Passed;
 use crate::judge::device::row::{By, Group};
 use crate::judge::requirement::Confidence::{B, U};
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "Error control",
     rows: &[
         row(
@@ -88,29 +88,29 @@ pub(super) const GROUP: Group<Bench> = Group {
     ],
 };
 
-fn a_heartbeat(bench: &mut Bench) -> Course {
-    bench.may_write()?;
-    if bench.is_writable(0x1017, 0)? { Ok(()) } else { inapplicable("it has no 1017h to write to") }
+fn a_heartbeat(tester: &mut Tester) -> Course {
+    tester.may_write()?;
+    if tester.is_writable(0x1017, 0)? { Ok(()) } else { inapplicable("it has no 1017h to write to") }
 }
 
-fn set_period(bench: &mut Bench, millis: u16) -> Course {
-    bench.set(0x1017, 0, &millis.to_le_bytes())?;
-    bench.known.heartbeat = (millis > 0).then(|| Duration::from_millis(millis.into()));
+fn set_period(tester: &mut Tester, millis: u16) -> Course {
+    tester.set(0x1017, 0, &millis.to_le_bytes())?;
+    tester.known.heartbeat = (millis > 0).then(|| Duration::from_millis(millis.into()));
     Ok(())
 }
 
-fn e01(bench: &mut Bench) -> Course {
-    a_heartbeat(bench)?;
-    let id = bench.id(cob_id::ERROR_CONTROL);
+fn e01(tester: &mut Tester) -> Course {
+    a_heartbeat(tester)?;
+    let id = tester.id(cob_id::ERROR_CONTROL);
     let periods: &[(u16, u32)] =
-        if bench.setup.quick { &[(50, 3)] } else { &[(50, 10), (100, 5), (1000, 1)] };
+        if tester.setup.quick { &[(50, 3)] } else { &[(50, 10), (100, 5), (1000, 1)] };
     for (millis, count) in periods {
-        set_period(bench, *millis)?;
+        set_period(tester, *millis)?;
         let period = Duration::from_millis((*millis).into());
-        let margin = period / 10 + bench.wire.latency;
+        let margin = period / 10 + tester.wire.latency;
         let mut before = None;
         for _ in 0..=*count {
-            let heard = bench.find(period * 2 + bench.silence(), |frame| frame.id() == id)?;
+            let heard = tester.find(period * 2 + tester.silence(), |frame| frame.id() == id)?;
             let Some(Passed { at, frame, .. }) = heard else {
                 return broken(format!(
                     "1017h is {millis}, and no heartbeat comes within {} ms",
@@ -131,23 +131,23 @@ fn e01(bench: &mut Bench) -> Course {
             }
         }
     }
-    set_period(bench, 0)?;
-    bench.collect(bench.wire.latency)?;
-    match bench.find(Duration::from_millis(200), |frame| frame.id() == id)? {
+    set_period(tester, 0)?;
+    tester.collect(tester.wire.latency)?;
+    match tester.find(Duration::from_millis(200), |frame| frame.id() == id)? {
         None => Ok(()),
         Some(_) => broken("1017h is 0, and heartbeats go on"),
     }
 }
 
-fn e02(bench: &mut Bench) -> Course {
-    a_heartbeat(bench)?;
-    set_period(bench, 50)?;
-    let id = bench.id(cob_id::ERROR_CONTROL);
+fn e02(tester: &mut Tester) -> Course {
+    a_heartbeat(tester)?;
+    set_period(tester, 50)?;
+    let id = tester.id(cob_id::ERROR_CONTROL);
     for state in [NmtState::Operational, NmtState::Stopped, NmtState::PreOperational] {
-        bench.enter(state)?;
-        bench.drain()?;
-        bench.collect(bench.wire.latency)?;
-        let heard = bench.find(Duration::from_millis(150), |frame| frame.id() == id)?;
+        tester.enter(state)?;
+        tester.drain()?;
+        tester.collect(tester.wire.latency)?;
+        let heard = tester.find(Duration::from_millis(150), |frame| frame.id() == id)?;
         match heard.as_ref().map(|passed| passed.frame.octets()) {
             Some([octet]) if *octet == state.octet() => {}
             Some(octets) => {
@@ -162,14 +162,14 @@ fn e02(bench: &mut Bench) -> Course {
     Ok(())
 }
 
-fn e09(bench: &mut Bench) -> Course {
-    a_heartbeat(bench)?;
-    set_period(bench, 0)?;
-    set_period(bench, 200)?;
-    let (id, set) = (bench.id(cob_id::ERROR_CONTROL), bench.wire.now());
-    let heard = bench.find(Duration::from_millis(500), |frame| frame.id() == id)?;
+fn e09(tester: &mut Tester) -> Course {
+    a_heartbeat(tester)?;
+    set_period(tester, 0)?;
+    set_period(tester, 200)?;
+    let (id, set) = (tester.id(cob_id::ERROR_CONTROL), tester.wire.now());
+    let heard = tester.find(Duration::from_millis(500), |frame| frame.id() == id)?;
     let after = heard.map(|passed| passed.at.saturating_since(set));
-    let margin = Duration::from_millis(20) + bench.wire.latency;
+    let margin = Duration::from_millis(20) + tester.wire.latency;
     match after {
         Some(after) if after + margin >= Duration::from_millis(200) => Ok(()),
         Some(after) => {
@@ -179,17 +179,17 @@ fn e09(bench: &mut Bench) -> Course {
     }
 }
 
-fn e03(bench: &mut Bench) -> Course {
-    if bench.known.own_heartbeat.is_some() {
+fn e03(tester: &mut Tester) -> Course {
+    if tester.known.own_heartbeat.is_some() {
         return inapplicable(
             "it produces heartbeats after a reset of the communication, and those end guarding",
         );
     }
-    if !bench.guarded {
+    if !tester.guarded {
         return inapplicable("it answers no guarding request");
     }
-    bench.reset()?;
-    let count = if bench.setup.quick { 12 } else { 60 };
+    tester.reset()?;
+    let count = if tester.setup.quick { 12 } else { 60 };
     for number in 0..count {
         let state = match number / 4 % 3 {
             0 => NmtState::PreOperational,
@@ -197,10 +197,10 @@ fn e03(bench: &mut Bench) -> Course {
             _third => NmtState::Stopped,
         };
         if number % 4 == 0 {
-            bench.enter(state)?;
+            tester.enter(state)?;
         }
         let expected = state.octet() | if number % 2 == 0 { 0 } else { 0x80 };
-        match bench.guard()? {
+        match tester.guard()? {
             Some(octet) if octet == expected => {}
             Some(octet) => {
                 return broken(format!(
@@ -214,8 +214,8 @@ fn e03(bench: &mut Bench) -> Course {
 }
 
 /// The codes of emergencies with this identifier that come in this time.
-pub(super) fn emergencies(bench: &mut Bench, id: Id, time: Duration) -> Course<Vec<u16>> {
-    let all = bench.collect(time)?.into_iter().map(|passed| passed.frame);
+pub(super) fn emergencies(tester: &mut Tester, id: Id, time: Duration) -> Course<Vec<u16>> {
+    let all = tester.collect(time)?.into_iter().map(|passed| passed.frame);
     let code = |frame: Frame| match frame.octets() {
         [low, high, ..] if frame.id() == id => Some(u16::from_le_bytes([*low, *high])),
         _other => None,
@@ -225,7 +225,7 @@ pub(super) fn emergencies(bench: &mut Bench, id: Id, time: Duration) -> Course<V
 
 /// The first emergency in this time whose code is wanted.
 fn first_event(
-    bench: &mut Bench,
+    tester: &mut Tester,
     id: Id,
     time: Duration,
     wanted: impl Fn(u16) -> bool,
@@ -234,45 +234,45 @@ fn first_event(
         [low, high, ..] if frame.id() == id => u16::from_le_bytes([*low, *high]),
         _other => 0,
     };
-    let heard = bench.find(time, |frame| wanted(code(frame)))?;
+    let heard = tester.find(time, |frame| wanted(code(frame)))?;
     Ok(heard.map(|passed| code(&passed.frame)))
 }
 
 /// The identifier of emergencies.
-pub(super) fn emergency_id(bench: &mut Bench) -> Course<Id> {
-    let number = bench.number_if(0x1014, 0)?;
+pub(super) fn emergency_id(tester: &mut Tester) -> Course<Id> {
+    let number = tester.number_if(0x1014, 0)?;
     let cob_id = number.and_then(|number| u32::try_from(number).ok()).map(cob_id::CobId);
-    Ok(cob_id.and_then(cob_id::CobId::active).unwrap_or_else(|| bench.id(cob_id::EMCY)))
+    Ok(cob_id.and_then(cob_id::CobId::active).unwrap_or_else(|| tester.id(cob_id::EMCY)))
 }
 
 const LIFE_GUARDING: u16 = 0x8130;
 
-fn e04(bench: &mut Bench) -> Course {
-    bench.may_write()?;
-    if !bench.is_writable(0x100C, 0)? || !bench.is_writable(0x100D, 0)? {
+fn e04(tester: &mut Tester) -> Course {
+    tester.may_write()?;
+    if !tester.is_writable(0x100C, 0)? || !tester.is_writable(0x100D, 0)? {
         return inapplicable("it has no 100Ch and 100Dh to write to");
     }
-    if !bench.guarded {
+    if !tester.guarded {
         return inapplicable("it answers no guarding request, or produces heartbeats");
     }
-    bench.leaves_errors();
-    bench.reset()?;
-    let guard = bench.supervision();
-    bench.set(0x100C, 0, &millis(guard))?;
-    bench.set(0x100D, 0, &[3])?;
-    let id = emergency_id(bench)?;
-    if emergencies(bench, id, guard * 4)?.contains(&LIFE_GUARDING) {
+    tester.leaves_errors();
+    tester.reset()?;
+    let guard = tester.supervision();
+    tester.set(0x100C, 0, &millis(guard))?;
+    tester.set(0x100D, 0, &[3])?;
+    let id = emergency_id(tester)?;
+    if emergencies(tester, id, guard * 4)?.contains(&LIFE_GUARDING) {
         return broken("EMCY 8130h before the first guarding request");
     }
-    for _ in 0..if bench.setup.quick { 2 } else { 4 } {
-        if bench.guard()?.is_none() {
+    for _ in 0..if tester.setup.quick { 2 } else { 4 } {
+        if tester.guard()?.is_none() {
             return broken("a guarding request is not answered while 100Ch and 100Dh are set");
         }
-        if emergencies(bench, id, guard)?.contains(&LIFE_GUARDING) {
+        if emergencies(tester, id, guard)?.contains(&LIFE_GUARDING) {
             return broken("EMCY 8130h although guarding requests come in time");
         }
     }
-    if first_event(bench, id, guard * 6 + bench.wire.latency, |code| code == LIFE_GUARDING)?.is_some() {
+    if first_event(tester, id, guard * 6 + tester.wire.latency, |code| code == LIFE_GUARDING)?.is_some() {
         return Ok(());
     }
     let life = (guard * 3).as_millis();
@@ -285,53 +285,53 @@ fn millis(time: Duration) -> [u8; 2] {
 }
 
 /// The node whose heartbeats it must supervise.
-fn producer(bench: &Bench) -> NodeId {
-    bench.other()
+fn producer(tester: &Tester) -> NodeId {
+    tester.other()
 }
 
-fn heartbeat_of(bench: &mut Bench, node: NodeId) -> Course {
-    bench.send(cob_id::of_node(cob_id::ERROR_CONTROL, node), &[0x05])
+fn heartbeat_of(tester: &mut Tester, node: NodeId) -> Course {
+    tester.send(cob_id::of_node(cob_id::ERROR_CONTROL, node), &[0x05])
 }
 
 /// Has it supervise another node.
-fn lose(bench: &mut Bench) -> Course {
-    bench.may_write()?;
-    if !bench.is_writable(0x1016, 1)? {
+fn lose(tester: &mut Tester) -> Course {
+    tester.may_write()?;
+    if !tester.is_writable(0x1016, 1)? {
         return inapplicable("it has no 1016h:1 to write to");
     }
-    bench.leaves_errors();
-    let consumer = consumer(bench);
-    bench.set(0x1016, 1, &consumer)
+    tester.leaves_errors();
+    let consumer = consumer(tester);
+    tester.set(0x1016, 1, &consumer)
 }
 
 /// An entry of 1016h for the node whose heartbeats stop.
-pub(super) fn consumer(bench: &Bench) -> [u8; 4] {
-    let [low, high] = millis(bench.supervision());
-    [low, high, producer(bench).number(), 0]
+pub(super) fn consumer(tester: &Tester) -> [u8; 4] {
+    let [low, high] = millis(tester.supervision());
+    [low, high, producer(tester).number(), 0]
 }
 
-fn e05(bench: &mut Bench) -> Course {
-    lose(bench)?;
-    let (node, id, time) = (producer(bench), emergency_id(bench)?, bench.supervision());
+fn e05(tester: &mut Tester) -> Course {
+    lose(tester)?;
+    let (node, id, time) = (producer(tester), emergency_id(tester)?, tester.supervision());
     let ms = time.as_millis();
-    if event(&emergencies(bench, id, time * 4)?).is_some() {
+    if event(&emergencies(tester, id, time * 4)?).is_some() {
         return broken("an emergency before the first heartbeat of the node that it supervises");
     }
     for _ in 0..5 {
-        heartbeat_of(bench, node)?;
-        if event(&emergencies(bench, id, time / 2)?).is_some() {
+        heartbeat_of(tester, node)?;
+        if event(&emergencies(tester, id, time / 2)?).is_some() {
             return broken(format!(
                 "an emergency although heartbeats come in time, and 1016h:1 says {ms} ms"
             ));
         }
     }
-    let Some(code) = first_event(bench, id, time * 4 + bench.wire.latency, |code| code != 0)? else {
+    let Some(code) = first_event(tester, id, time * 4 + tester.wire.latency, |code| code != 0)? else {
         return broken(format!(
             "no emergency within {} ms after the last heartbeat, and 1016h:1 says {ms} ms",
             ms * 4
         ));
     };
-    let (register, bits) = (bench.number(0x1001, 0)?, if code == LIFE_GUARDING { 0x11 } else { 0x01 });
+    let (register, bits) = (tester.number(0x1001, 0)?, if code == LIFE_GUARDING { 0x11 } else { 0x01 });
     if register & bits != bits {
         return broken(format!(
             "1001h is {register:02X}h after EMCY {code:04X}h, expected the bits {bits:02X}h"
@@ -345,35 +345,35 @@ pub(super) fn event(codes: &[u16]) -> Option<u16> {
     codes.iter().copied().find(|code| *code != 0)
 }
 
-fn e06(bench: &mut Bench) -> Course {
-    bench.may_write()?;
-    if !bench.is_writable(0x1029, 1)? {
+fn e06(tester: &mut Tester) -> Course {
+    tester.may_write()?;
+    if !tester.is_writable(0x1029, 1)? {
         return inapplicable("it has no 1029h:1 to write to");
     }
-    bench.show_state()?;
+    tester.show_state()?;
     for (behaviour, state) in
         [(0, NmtState::PreOperational), (1, NmtState::Operational), (2, NmtState::Stopped)]
     {
-        if bench.try_set(0x1029, 1, &[behaviour])?.is_err() {
+        if tester.try_set(0x1029, 1, &[behaviour])?.is_err() {
             continue;
         }
-        lose(bench)?;
-        bench.enter(NmtState::Operational)?;
-        let node = producer(bench);
-        heartbeat_of(bench, node)?;
-        bench.collect(bench.supervision() * 2 + bench.wire.latency)?;
-        bench.must_be(state, &format!("after the loss of a heartbeat with 1029h:1 = {behaviour}"))?;
-        bench.enter(NmtState::PreOperational)?;
+        lose(tester)?;
+        tester.enter(NmtState::Operational)?;
+        let node = producer(tester);
+        heartbeat_of(tester, node)?;
+        tester.collect(tester.supervision() * 2 + tester.wire.latency)?;
+        tester.must_be(state, &format!("after the loss of a heartbeat with 1029h:1 = {behaviour}"))?;
+        tester.enter(NmtState::PreOperational)?;
     }
     Ok(())
 }
 
-fn e07(bench: &mut Bench) -> Course {
-    if !bench.is_writable(0x1016, 2)? {
+fn e07(tester: &mut Tester) -> Course {
+    if !tester.is_writable(0x1016, 2)? {
         return inapplicable("it has no 1016h:2 to write to");
     }
-    lose(bench)?;
-    let consumer = consumer(bench);
-    let got = bench.try_set(0x1016, 2, &consumer)?;
-    bench.must_refuse(got, &[Abort::PARAMETER.code()], "a second entry of 1016h with the same node")
+    lose(tester)?;
+    let consumer = consumer(tester);
+    let got = tester.try_set(0x1016, 2, &consumer)?;
+    tester.must_refuse(got, &[Abort::PARAMETER.code()], "a second entry of 1016h with the same node")
 }

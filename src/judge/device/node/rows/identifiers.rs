@@ -6,12 +6,12 @@ use crate::can_bus::can::Id;
 use crate::can_bus::canopen::cob_id::CobId;
 use crate::can_bus::canopen::{Abort, NmtState};
 use crate::judge::device::course::{Course, broken, inapplicable};
-use crate::judge::device::node::Bench;
+use crate::judge::device::node::Tester;
 use crate::judge::device::node::pdo::Way;
 use crate::judge::device::row::{By, Group};
 use crate::judge::requirement::Confidence::{B, C, U};
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "Identifiers of TPDOs and SYNC",
     rows: &[
         row(
@@ -92,32 +92,32 @@ pub(super) const GROUP: Group<Bench> = Group {
     ],
 };
 
-fn y06(bench: &mut Bench) -> Course {
-    let (pdo, id) = on(bench, 1)?;
-    off(bench, &pdo)?;
-    bench.enter(NmtState::Operational)?;
-    nothing(bench, id, "with bit 31")
+fn y06(tester: &mut Tester) -> Course {
+    let (pdo, id) = on(tester, 1)?;
+    off(tester, &pdo)?;
+    tester.enter(NmtState::Operational)?;
+    nothing(tester, id, "with bit 31")
 }
 
 /// An identifier that no service of the predefined connection set has.
 const FREE: u32 = 0x3F0;
 
-fn y07(bench: &mut Bench) -> Course {
-    let (pdo, id) = on(bench, 1)?;
-    bench.enter(NmtState::PreOperational)?;
-    let cob_id = bench.cob_id(&pdo)?;
+fn y07(tester: &mut Tester) -> Course {
+    let (pdo, id) = on(tester, 1)?;
+    tester.enter(NmtState::PreOperational)?;
+    let cob_id = tester.cob_id(&pdo)?;
     let moved = cob_id & !0x1FFF_FFFF | FREE;
-    bench.switch_off(&pdo)?;
-    if let Err(code) = bench.try_set(pdo.parameters(), 1, &(moved | CobId::INVALID).to_le_bytes())? {
+    tester.switch_off(&pdo)?;
+    if let Err(code) = tester.try_set(pdo.parameters(), 1, &(moved | CobId::INVALID).to_le_bytes())? {
         let why = super::super::sdo::refused(code);
         return broken(format!("another identifier for a TPDO that is off is refused with {why}"));
     }
-    bench.set(pdo.parameters(), 1, &moved.to_le_bytes())?;
-    bench.enter(NmtState::Operational)?;
-    bench.collect(bench.silence())?;
+    tester.set(pdo.parameters(), 1, &moved.to_le_bytes())?;
+    tester.enter(NmtState::Operational)?;
+    tester.collect(tester.silence())?;
     let new = CobId(FREE).id().unwrap_or(id);
-    bench.sync()?;
-    let come = bench.collect(bench.silence())?;
+    tester.sync()?;
+    let come = tester.collect(tester.silence())?;
     let count = |id: Id| come.iter().filter(|passed| passed.frame.id() == id).count();
     if count(id) > 0 {
         return broken("the TPDO comes with its former identifier");
@@ -129,51 +129,51 @@ fn y07(bench: &mut Bench) -> Course {
     }
 }
 
-fn y47(bench: &mut Bench) -> Course {
-    let (pdo, _) = on(bench, 1)?;
-    bench.enter(NmtState::PreOperational)?;
-    let moved = bench.cob_id(&pdo)? & !0x1FFF_FFFF | FREE;
-    let got = bench.try_set(pdo.parameters(), 1, &moved.to_le_bytes())?;
+fn y47(tester: &mut Tester) -> Course {
+    let (pdo, _) = on(tester, 1)?;
+    tester.enter(NmtState::PreOperational)?;
+    let moved = tester.cob_id(&pdo)? & !0x1FFF_FFFF | FREE;
+    let got = tester.try_set(pdo.parameters(), 1, &moved.to_le_bytes())?;
     let codes = [
         Abort::DEVICE_STATE.code(),
         Abort::RANGE.code(),
         Abort::PARAMETER.code(),
         Abort::LOCAL_CONTROL.code(),
     ];
-    bench.must_refuse(got, &codes, "another identifier for a TPDO that is on")?;
+    tester.must_refuse(got, &codes, "another identifier for a TPDO that is on")?;
     Ok(())
 }
 
-fn y54(bench: &mut Bench) -> Course {
-    if bench.number_if(0x1019, 0)?.is_some_and(|highest| highest != 0) {
+fn y54(tester: &mut Tester) -> Course {
+    if tester.number_if(0x1019, 0)?.is_some_and(|highest| highest != 0) {
         return inapplicable("1019h is not 0: its SYNC has a counter");
     }
-    let (_, id) = on(bench, 1)?;
-    let sync = bench.sync_id()?;
-    bench.send(sync, &[1])?;
-    match bench.come(id, bench.silence())?.len() {
+    let (_, id) = on(tester, 1)?;
+    let sync = tester.sync_id()?;
+    tester.send(sync, &[1])?;
+    match tester.come(id, tester.silence())?.len() {
         1 => Ok(()),
         come => broken(format!("{come} TPDOs come after a SYNC with one octet, expected 1")),
     }
 }
 
-fn y12(bench: &mut Bench) -> Course {
-    let (_, id) = on(bench, 1)?;
-    let sync = bench.sync_id()?;
-    if !bench.is_writable(0x1005, 0)? {
+fn y12(tester: &mut Tester) -> Course {
+    let (_, id) = on(tester, 1)?;
+    let sync = tester.sync_id()?;
+    if !tester.is_writable(0x1005, 0)? {
         return inapplicable("it has no 1005h to write to");
     }
     let moved = Id::base(0x0F8).unwrap_or(sync);
-    bench.enter(NmtState::PreOperational)?;
-    if bench.try_set(0x1005, 0, &0x0F8_u32.to_le_bytes())?.is_err() {
+    tester.enter(NmtState::PreOperational)?;
+    if tester.try_set(0x1005, 0, &0x0F8_u32.to_le_bytes())?.is_err() {
         return inapplicable("it refuses another identifier in 1005h");
     }
-    bench.enter(NmtState::Operational)?;
-    bench.collect(bench.silence())?;
-    bench.send(sync, &[])?;
-    bench.silent_on(id, "SYNC is moved by 1005h, and the old one is sent")?;
-    bench.send(moved, &[])?;
-    let come = bench.come(id, bench.silence())?.len();
+    tester.enter(NmtState::Operational)?;
+    tester.collect(tester.silence())?;
+    tester.send(sync, &[])?;
+    tester.silent_on(id, "SYNC is moved by 1005h, and the old one is sent")?;
+    tester.send(moved, &[])?;
+    let come = tester.come(id, tester.silence())?.len();
     if come == 1 {
         Ok(())
     } else {
@@ -181,62 +181,62 @@ fn y12(bench: &mut Bench) -> Course {
     }
 }
 
-fn y15(bench: &mut Bench) -> Course {
-    let pdo = bench.a_pdo(Way::Sent)?;
-    bench.switch_off(&pdo)?;
+fn y15(tester: &mut Tester) -> Course {
+    let pdo = tester.a_pdo(Way::Sent)?;
+    tester.switch_off(&pdo)?;
     for kind in [241, 245, 251] {
-        let got = bench.try_set(pdo.parameters(), 2, &[kind])?;
+        let got = tester.try_set(pdo.parameters(), 2, &[kind])?;
         let codes =
             [Abort::RANGE.code(), Abort::TOO_HIGH.code(), Abort::TOO_LOW.code(), Abort::PARAMETER.code()];
-        bench.must_refuse(got, &codes, &format!("transmission type {kind}"))?;
+        tester.must_refuse(got, &codes, &format!("transmission type {kind}"))?;
     }
     Ok(())
 }
 
-fn y16(bench: &mut Bench) -> Course {
-    let pdo = bench.a_pdo(Way::Sent)?;
-    bench.switch_off(&pdo)?;
+fn y16(tester: &mut Tester) -> Course {
+    let pdo = tester.a_pdo(Way::Sent)?;
+    tester.switch_off(&pdo)?;
     for number in [0x001_u32, 0x101, 0x601, 0x701] {
         let cob_id = CobId::BIT_30 | number;
-        let got = bench.try_set(pdo.parameters(), 1, &cob_id.to_le_bytes())?;
+        let got = tester.try_set(pdo.parameters(), 1, &cob_id.to_le_bytes())?;
         let codes =
             [Abort::RANGE.code(), Abort::PARAMETER.code(), Abort::TOO_LOW.code(), Abort::TOO_HIGH.code()];
-        bench.must_refuse(got, &codes, &format!("the identifier {number:03X}h, which is restricted,"))?;
+        tester.must_refuse(got, &codes, &format!("the identifier {number:03X}h, which is restricted,"))?;
     }
     Ok(())
 }
 
-fn y18(bench: &mut Bench) -> Course {
-    let (_, id) = on(bench, 1)?;
-    let sync = bench.sync_id()?;
+fn y18(tester: &mut Tester) -> Course {
+    let (_, id) = on(tester, 1)?;
+    let sync = tester.sync_id()?;
     if let Ok(extended) = Id::extended(sync.number()) {
-        bench.send(extended, &[])?;
-        bench.silent_on(id, "a frame with the identifier of SYNC, of 29 bits, is sent")?;
+        tester.send(extended, &[])?;
+        tester.silent_on(id, "a frame with the identifier of SYNC, of 29 bits, is sent")?;
     }
     if let Ok(extended) = Id::extended(id.number()) {
-        bench.request(extended, 8)?;
-        bench.silent_on(id, "a remote request of 29 bits is sent")?;
+        tester.request(extended, 8)?;
+        tester.silent_on(id, "a remote request of 29 bits is sent")?;
     }
-    bench.request(sync, 0)?;
-    bench.silent_on(id, "a remote frame with the identifier of SYNC is sent")
+    tester.request(sync, 0)?;
+    tester.silent_on(id, "a remote frame with the identifier of SYNC is sent")
 }
 
-fn y45(bench: &mut Bench) -> Course {
-    let pdo = bench.a_pdo(Way::Sent)?;
-    let before = bench.number(pdo.parameters(), 2)?;
-    bench.switch_off(&pdo)?;
+fn y45(tester: &mut Tester) -> Course {
+    let pdo = tester.a_pdo(Way::Sent)?;
+    let before = tester.number(pdo.parameters(), 2)?;
+    tester.switch_off(&pdo)?;
     let other = if before == 7 { 8 } else { 7 };
-    if bench.try_set(pdo.parameters(), 2, &[other])?.is_err() {
+    if tester.try_set(pdo.parameters(), 2, &[other])?.is_err() {
         return inapplicable("it refuses another transmission type");
     }
-    let self_saving = bench.number_if(0x1010, 1)?.is_some_and(|bits| bits & 2 != 0);
+    let self_saving = tester.number_if(0x1010, 1)?.is_some_and(|bits| bits & 2 != 0);
     if self_saving {
         return inapplicable("it stores by itself what is written (1010h:1 bit 1)");
     }
-    bench.reset()?;
-    let after = bench.number(pdo.parameters(), 2)?;
+    tester.reset()?;
+    let after = tester.number(pdo.parameters(), 2)?;
     if after == before {
-        bench.forget_written();
+        tester.forget_written();
         return Ok(());
     }
     broken(format!(

@@ -5,12 +5,12 @@ use crate::can_bus::can::Id;
 use crate::can_bus::canopen::{Address, cob_id};
 use crate::explain::hex;
 use crate::judge::device::course::{Course, broken};
-use crate::judge::device::node::Bench;
+use crate::judge::device::node::Tester;
 use crate::judge::device::node::sdo::{abort_of, address_of, addressed};
 use crate::judge::device::row::{By, Group};
 use crate::judge::requirement::Confidence::B;
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "Load",
     rows: &[
         row(
@@ -33,50 +33,50 @@ pub(super) const GROUP: Group<Bench> = Group {
     ],
 };
 
-fn b01(bench: &mut Bench) -> Course {
-    let count: u16 = if bench.setup.quick { 60 } else { 400 };
-    let own = bench.node().number();
-    bench.drain()?;
+fn b01(tester: &mut Tester) -> Course {
+    let count: u16 = if tester.setup.quick { 60 } else { 400 };
+    let own = tester.node().number();
+    tester.drain()?;
     for number in 0..count {
         // Identifiers that no service of the node has by the predefined connection set.
         let id = 0x6E0 + number % 0x20;
         let octets = number.to_le_bytes().repeat(4);
         let Ok(id) = Id::base(id) else { continue };
         match number % 4 {
-            0 => bench.send(id, &octets)?,
-            1 => bench.request(id, 8)?,
+            0 => tester.send(id, &octets)?,
+            1 => tester.request(id, 8)?,
             2 => {
                 let extended = Id::extended(0x600 + u32::from(own)).unwrap_or(id);
-                bench.send(extended, &[0x40, 0, 0x10, 0, 0, 0, 0, 0])?;
+                tester.send(extended, &[0x40, 0, 0x10, 0, 0, 0, 0, 0])?;
             }
-            _fourth => bench.send(id, octets.get(..usize::from(number % 9)).unwrap_or_default())?,
+            _fourth => tester.send(id, octets.get(..usize::from(number % 9)).unwrap_or_default())?,
         }
     }
-    if let Err(halt) = bench.silent_on(bench.id(cob_id::SDO_SERVER), "frames of others pass") {
+    if let Err(halt) = tester.silent_on(tester.id(cob_id::SDO_SERVER), "frames of others pass") {
         // What else comes belongs to this row.
-        bench.collect(bench.silence() * 8)?;
+        tester.collect(tester.silence() * 8)?;
         return Err(halt);
     }
-    bench.value(0x1000, 0).map(drop)
+    tester.value(0x1000, 0).map(drop)
 }
 
-fn o15(bench: &mut Bench) -> Course {
+fn o15(tester: &mut Tester) -> Course {
     // An overrun is an error of some drives, and of the judge's making.
-    bench.leaves_errors();
-    let pause = core::mem::take(&mut bench.pause);
-    let asked = back_to_back(bench);
-    bench.pause = pause;
+    tester.leaves_errors();
+    let pause = core::mem::take(&mut tester.pause);
+    let asked = back_to_back(tester);
+    tester.pause = pause;
     asked
 }
 
-fn back_to_back(bench: &mut Bench) -> Course {
-    let count = if bench.setup.quick { 50 } else { 300 };
+fn back_to_back(tester: &mut Tester) -> Course {
+    let count = if tester.setup.quick { 50 } else { 300 };
     for number in 0..count {
         let at = if number % 2 == 0 { Address::new(0x1000, 0) } else { Address::new(0x1018, 1) };
-        let answer = bench.asked(addressed(0x40, at, [0; 4]), &format!("request {number} of many"))?;
+        let answer = tester.asked(addressed(0x40, at, [0; 4]), &format!("request {number} of many"))?;
         if abort_of(answer).is_some() || address_of(answer) != at {
             return broken(format!("request {number}, a read of {at}, is answered with {}", hex(&answer)));
         }
     }
-    bench.silent_on(bench.id(cob_id::SDO_SERVER), "every request is answered")
+    tester.silent_on(tester.id(cob_id::SDO_SERVER), "every request is answered")
 }

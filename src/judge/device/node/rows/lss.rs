@@ -7,10 +7,10 @@ use crate::can_bus::can::Id;
 use crate::can_bus::canopen::NodeId;
 use crate::can_bus::canopen::cob_id::{self, LSS_MASTER, LSS_SLAVE};
 use crate::judge::device::course::{Course, broken, inapplicable};
-use crate::judge::device::node::Bench;
+use crate::judge::device::node::Tester;
 use crate::judge::device::row::{By, Group};
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "LSS",
     rows: &[
         row(
@@ -65,16 +65,16 @@ pub(super) const GROUP: Group<Bench> = Group {
     ],
 };
 
-fn id(number: u16, bench: &Bench) -> Id {
-    Id::base(number).unwrap_or_else(|_| bench.id(0))
+fn id(number: u16, tester: &Tester) -> Id {
+    Id::base(number).unwrap_or_else(|_| tester.id(0))
 }
 
 /// A request, and what is answered.
-fn ask(bench: &mut Bench, octets: [u8; 8]) -> Course<Option<[u8; 8]>> {
-    let (master, slave) = (id(LSS_MASTER, bench), id(LSS_SLAVE, bench));
-    bench.drain()?;
-    bench.send(master, &octets)?;
-    let answer = bench.find(bench.silence() * 3, |frame| frame.id() == slave)?;
+fn ask(tester: &mut Tester, octets: [u8; 8]) -> Course<Option<[u8; 8]>> {
+    let (master, slave) = (id(LSS_MASTER, tester), id(LSS_SLAVE, tester));
+    tester.drain()?;
+    tester.send(master, &octets)?;
+    let answer = tester.find(tester.silence() * 3, |frame| frame.id() == slave)?;
     match answer.map(|passed| <[u8; 8]>::try_from(passed.frame.octets())) {
         None => Ok(None),
         Some(Ok(octets)) => Ok(Some(octets)),
@@ -83,50 +83,50 @@ fn ask(bench: &mut Bench, octets: [u8; 8]) -> Course<Option<[u8; 8]>> {
 }
 
 /// Switches to the state of waiting or of configuration, which is not answered.
-fn switch(bench: &mut Bench, state: [u8; 8]) -> Course {
-    bench.drain()?;
-    bench.send(id(LSS_MASTER, bench), &state)?;
-    bench.collect(bench.moment()).map(drop)
+fn switch(tester: &mut Tester, state: [u8; 8]) -> Course {
+    tester.drain()?;
+    tester.send(id(LSS_MASTER, tester), &state)?;
+    tester.collect(tester.moment()).map(drop)
 }
 
 const WAITING: [u8; 8] = [0x04, 0, 0, 0, 0, 0, 0, 0];
 const CONFIGURATION: [u8; 8] = [0x04, 1, 0, 0, 0, 0, 0, 0];
 const NODE: [u8; 8] = [0x5E, 0, 0, 0, 0, 0, 0, 0];
 
-fn offered(bench: &Bench) -> Course<bool> {
-    match &bench.setup.eds {
+fn offered(tester: &Tester) -> Course<bool> {
+    match &tester.setup.eds {
         Some(eds) => Ok(eds.device.lss),
         None => inapplicable("needs eds=: the data sheet says whether it has LSS"),
     }
 }
 
-fn an_lss(bench: &Bench) -> Course {
-    if offered(bench)? { Ok(()) } else { inapplicable("the data sheet offers no LSS") }
+fn an_lss(tester: &Tester) -> Course {
+    if offered(tester)? { Ok(()) } else { inapplicable("the data sheet offers no LSS") }
 }
 
-fn s00(bench: &mut Bench) -> Course {
-    if offered(bench)? {
+fn s00(tester: &mut Tester) -> Course {
+    if offered(tester)? {
         return inapplicable("the data sheet offers LSS");
     }
     for octets in [CONFIGURATION, NODE, WAITING] {
-        if ask(bench, octets)?.is_some() {
+        if ask(tester, octets)?.is_some() {
             return broken("it answers LSS, which its data sheet does not offer");
         }
     }
     Ok(())
 }
 
-fn s01(bench: &mut Bench) -> Course {
-    an_lss(bench)?;
-    switch(bench, CONFIGURATION)?;
-    let told = numbers(bench);
-    switch(bench, WAITING)?;
+fn s01(tester: &mut Tester) -> Course {
+    an_lss(tester)?;
+    switch(tester, CONFIGURATION)?;
+    let told = numbers(tester);
+    switch(tester, WAITING)?;
     told
 }
 
-fn numbers(bench: &mut Bench) -> Course {
-    let own = bench.node().number();
-    match ask(bench, NODE)? {
+fn numbers(tester: &mut Tester) -> Course {
+    let own = tester.node().number();
+    match ask(tester, NODE)? {
         Some([0x5E, number, ..]) if number == own => {}
         Some(octets) => {
             return broken(format!(
@@ -136,8 +136,8 @@ fn numbers(bench: &mut Bench) -> Course {
         None => return broken("the inquiry for its number is not answered in the configuration state"),
     }
     for (command, sub) in (0x5A..=0x5D).zip(1..) {
-        let Some(expected) = bench.number_if(0x1018, sub)? else { continue };
-        match ask(bench, [command, 0, 0, 0, 0, 0, 0, 0])? {
+        let Some(expected) = tester.number_if(0x1018, sub)? else { continue };
+        match ask(tester, [command, 0, 0, 0, 0, 0, 0, 0])? {
             Some([said, a, b, c, d, ..]) if said == command => {
                 let got = u32::from_le_bytes([a, b, c, d]);
                 if u64::from(got) != expected {
@@ -153,22 +153,22 @@ fn numbers(bench: &mut Bench) -> Course {
     Ok(())
 }
 
-fn s02(bench: &mut Bench) -> Course {
-    an_lss(bench)?;
-    switch(bench, WAITING)?;
-    match ask(bench, NODE)? {
+fn s02(tester: &mut Tester) -> Course {
+    an_lss(tester)?;
+    switch(tester, WAITING)?;
+    match ask(tester, NODE)? {
         None => Ok(()),
         Some(_) => broken("the inquiry for its number is answered in the waiting state"),
     }
 }
 
-fn s03(bench: &mut Bench) -> Course {
-    an_lss(bench)?;
-    switch(bench, WAITING)?;
-    let selected = select(bench, false);
-    switch(bench, WAITING)?;
-    let other = select(bench, true);
-    switch(bench, WAITING)?;
+fn s03(tester: &mut Tester) -> Course {
+    an_lss(tester)?;
+    switch(tester, WAITING)?;
+    let selected = select(tester, false);
+    switch(tester, WAITING)?;
+    let other = select(tester, true);
+    switch(tester, WAITING)?;
     if !selected? {
         return broken("the selective switch with the four numbers of 1018h is not answered");
     }
@@ -176,66 +176,66 @@ fn s03(bench: &mut Bench) -> Course {
 }
 
 /// Whether the selective switch is answered; `wrong`: with another serial number.
-fn select(bench: &mut Bench, wrong: bool) -> Course<bool> {
+fn select(tester: &mut Tester, wrong: bool) -> Course<bool> {
     let mut last = [0; 8];
     for (command, sub) in (0x40..=0x43).zip(1..) {
-        let number = u32::try_from(bench.number_if(0x1018, sub)?.unwrap_or_default()).unwrap_or_default();
+        let number = u32::try_from(tester.number_if(0x1018, sub)?.unwrap_or_default()).unwrap_or_default();
         let number = if wrong && sub == 4 { !number } else { number };
         let [a, b, c, d] = number.to_le_bytes();
         last = [command, a, b, c, d, 0, 0, 0];
         if sub < 4 {
-            bench.send(id(LSS_MASTER, bench), &last)?;
-            bench.collect(bench.moment())?;
+            tester.send(id(LSS_MASTER, tester), &last)?;
+            tester.collect(tester.moment())?;
         }
     }
-    Ok(matches!(ask(bench, last)?, Some([0x44, ..])))
+    Ok(matches!(ask(tester, last)?, Some([0x44, ..])))
 }
 
 /// In the configuration state, and back whatever comes.
-fn configured<T>(bench: &mut Bench, act: impl FnOnce(&mut Bench) -> Course<T>) -> Course<T> {
-    an_lss(bench)?;
-    switch(bench, CONFIGURATION)?;
-    let done = act(bench);
-    switch(bench, WAITING)?;
+fn configured<T>(tester: &mut Tester, act: impl FnOnce(&mut Tester) -> Course<T>) -> Course<T> {
+    an_lss(tester)?;
+    switch(tester, CONFIGURATION)?;
+    let done = act(tester);
+    switch(tester, WAITING)?;
     done
 }
 
 /// Asks for another number: whether it is taken.
-fn renumber(bench: &mut Bench, number: u8) -> Course<bool> {
-    match ask(bench, [0x11, number, 0, 0, 0, 0, 0, 0])? {
+fn renumber(tester: &mut Tester, number: u8) -> Course<bool> {
+    match ask(tester, [0x11, number, 0, 0, 0, 0, 0, 0])? {
         Some([0x11, error, ..]) => Ok(error == 0),
         Some(octets) => broken(format!("the number {number} is answered with {octets:02X?}")),
         None => broken(format!("the number {number} is not answered")),
     }
 }
 
-fn s04(bench: &mut Bench) -> Course {
-    bench.may_write()?;
-    let (own, other) = (bench.node(), bench.other());
-    configured(bench, |bench| {
+fn s04(tester: &mut Tester) -> Course {
+    tester.may_write()?;
+    let (own, other) = (tester.node(), tester.other());
+    configured(tester, |tester| {
         for number in [0, 128] {
-            if renumber(bench, number)? {
+            if renumber(tester, number)? {
                 return broken(format!("the number {number} is taken"));
             }
         }
-        if renumber(bench, other.number())? {
+        if renumber(tester, other.number())? {
             Ok(())
         } else {
             inapplicable(format!("it refuses the number {}", other.number()))
         }
     })?;
-    let boots = |bench: &mut Bench, from: NodeId, to: NodeId| {
+    let boots = |tester: &mut Tester, from: NodeId, to: NodeId| {
         let id = cob_id::of_node(cob_id::ERROR_CONTROL, to);
-        bench.drain()?;
-        bench.nmt(&[0x82, from.number()])?;
-        let heard = bench.find(Duration::from_secs(2), |frame| frame.id() == id && frame.octets() == [0])?;
-        bench.collect(bench.moment())?;
+        tester.drain()?;
+        tester.nmt(&[0x82, from.number()])?;
+        let heard = tester.find(Duration::from_secs(2), |frame| frame.id() == id && frame.octets() == [0])?;
+        tester.collect(tester.moment())?;
         Ok(heard.is_some())
     };
-    let renumbered = boots(bench, own, other)?;
-    configured(bench, |bench| renumber(bench, own.number()))?;
-    let back = boots(bench, other, own)?;
-    bench.forget_written();
+    let renumbered = boots(tester, own, other)?;
+    configured(tester, |tester| renumber(tester, own.number()))?;
+    let back = boots(tester, other, own)?;
+    tester.forget_written();
     match (renumbered, back) {
         (true, true) => Ok(()),
         (false, _) => broken(format!("no boot-up of node {other} after it was given that number")),
@@ -243,8 +243,8 @@ fn s04(bench: &mut Bench) -> Course {
     }
 }
 
-fn s05(bench: &mut Bench) -> Course {
-    configured(bench, |bench| match ask(bench, [0x13, 0, 200, 0, 0, 0, 0, 0])? {
+fn s05(tester: &mut Tester) -> Course {
+    configured(tester, |tester| match ask(tester, [0x13, 0, 200, 0, 0, 0, 0, 0])? {
         Some([0x13, 1..=0xFF, ..]) => Ok(()),
         Some(octets) => {
             broken(format!("rate 200 of table 0 is answered with {octets:02X?}, expected an error"))
@@ -253,30 +253,30 @@ fn s05(bench: &mut Bench) -> Course {
     })
 }
 
-fn s06(bench: &mut Bench) -> Course {
-    an_lss(bench)?;
-    if !identified(bench, false)? {
+fn s06(tester: &mut Tester) -> Course {
+    an_lss(tester)?;
+    if !identified(tester, false)? {
         return inapplicable("it does not identify itself by ranges: some nodes have fastscan alone");
     }
-    if identified(bench, true)? {
+    if identified(tester, true)? {
         return broken("identify with serial numbers that it has not is answered");
     }
     Ok(())
 }
 
 /// Whether identify is answered; `beside`: with serial numbers that it has not.
-fn identified(bench: &mut Bench, beside: bool) -> Course<bool> {
+fn identified(tester: &mut Tester, beside: bool) -> Course<bool> {
     let mut last = [0; 8];
     let subs = [1, 2, 3, 3, 4, 4];
     for (command, sub) in (0x46..=0x4B).zip(subs) {
-        let number = u32::try_from(bench.number_if(0x1018, sub)?.unwrap_or_default()).unwrap_or_default();
+        let number = u32::try_from(tester.number_if(0x1018, sub)?.unwrap_or_default()).unwrap_or_default();
         let number = if beside && sub == 4 { !number } else { number };
         let [a, b, c, d] = number.to_le_bytes();
         last = [command, a, b, c, d, 0, 0, 0];
         if command < 0x4B {
-            bench.send(id(LSS_MASTER, bench), &last)?;
-            bench.collect(bench.moment())?;
+            tester.send(id(LSS_MASTER, tester), &last)?;
+            tester.collect(tester.moment())?;
         }
     }
-    Ok(matches!(ask(bench, last)?, Some([0x4F, ..])))
+    Ok(matches!(ask(tester, last)?, Some([0x4F, ..])))
 }

@@ -3,12 +3,12 @@
 use super::{row, sure};
 use crate::can_bus::canopen::{Abort, NmtState};
 use crate::judge::device::course::{Course, Halt, broken, inapplicable};
-use crate::judge::device::node::Bench;
+use crate::judge::device::node::Tester;
 use crate::judge::device::node::pdo::{Pdo, Way};
 use crate::judge::device::row::{By, Group};
 use crate::judge::requirement::Confidence::B;
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "Mapping",
     rows: &[
         row(
@@ -46,13 +46,13 @@ pub(super) const GROUP: Group<Bench> = Group {
 };
 
 /// A TPDO whose mapping can be changed, switched off.
-fn changeable(bench: &mut Bench) -> Course<Pdo> {
-    let pdo = bench.a_pdo(Way::Sent)?;
-    if !bench.is_writable(pdo.mapping(), 0)? || !bench.is_writable(pdo.mapping(), 1)? {
+fn changeable(tester: &mut Tester) -> Course<Pdo> {
+    let pdo = tester.a_pdo(Way::Sent)?;
+    if !tester.is_writable(pdo.mapping(), 0)? || !tester.is_writable(pdo.mapping(), 1)? {
         return inapplicable("its mappings cannot be written");
     }
-    bench.switch_off(&pdo)?;
-    match bench.try_set(pdo.mapping(), 0, &[0])? {
+    tester.switch_off(&pdo)?;
+    match tester.try_set(pdo.mapping(), 0, &[0])? {
         Ok(()) => Ok(pdo),
         Err(code) if code == Abort::READ_ONLY.code() => inapplicable("its mappings cannot be written"),
         Err(code) => {
@@ -62,19 +62,19 @@ fn changeable(bench: &mut Bench) -> Course<Pdo> {
     }
 }
 
-fn y10(bench: &mut Bench) -> Course {
-    let pdo = changeable(bench)?;
+fn y10(tester: &mut Tester) -> Course {
+    let pdo = changeable(tester)?;
     let Some(first) = pdo.entries.first().copied() else { return inapplicable("it maps nothing") };
-    bench.set(pdo.mapping(), 1, &first.to_le_bytes())?;
-    bench.set(pdo.mapping(), 0, &[1])?;
+    tester.set(pdo.mapping(), 1, &first.to_le_bytes())?;
+    tester.set(pdo.mapping(), 0, &[1])?;
     let mut fewer = pdo.clone();
     fewer.entries.truncate(1);
-    bench.alone(&pdo)?;
-    let id = bench.switch_on(&pdo, 1)?;
-    bench.enter(NmtState::Operational)?;
-    bench.collect(bench.silence())?;
-    bench.sync()?;
-    let come = bench.come(id, bench.silence())?;
+    tester.alone(&pdo)?;
+    let id = tester.switch_on(&pdo, 1)?;
+    tester.enter(NmtState::Operational)?;
+    tester.collect(tester.silence())?;
+    tester.sync()?;
+    let come = tester.come(id, tester.silence())?;
     let expected = fewer.len();
     match come.first().map(|passed| passed.frame.octets().len()) {
         Some(len) if len == expected => Ok(()),
@@ -84,24 +84,24 @@ fn y10(bench: &mut Bench) -> Course {
 }
 
 /// An entry must be refused, when it is written or when it is counted.
-fn refuses(bench: &mut Bench, pdo: &Pdo, entry: u32, codes: &[Abort], what: &str) -> Course {
-    let got = match bench.try_set(pdo.mapping(), 1, &entry.to_le_bytes())? {
-        Ok(()) => bench.try_set(pdo.mapping(), 0, &[1])?,
+fn refuses(tester: &mut Tester, pdo: &Pdo, entry: u32, codes: &[Abort], what: &str) -> Course {
+    let got = match tester.try_set(pdo.mapping(), 1, &entry.to_le_bytes())? {
+        Ok(()) => tester.try_set(pdo.mapping(), 0, &[1])?,
         refused => refused,
     };
     let codes: Vec<u32> = codes.iter().map(|abort| abort.code()).collect();
-    let held = bench.must_refuse(got, &codes, what);
+    let held = tester.must_refuse(got, &codes, what);
     if got.is_ok() {
-        bench.set(pdo.mapping(), 0, &[0])?;
+        tester.set(pdo.mapping(), 0, &[0])?;
     }
     held
 }
 
-fn y41(bench: &mut Bench) -> Course {
-    let pdo = changeable(bench)?;
-    if !bench.has(0x5FFE, 0)? {
+fn y41(tester: &mut Tester) -> Course {
+    let pdo = changeable(tester)?;
+    if !tester.has(0x5FFE, 0)? {
         refuses(
-            bench,
+            tester,
             &pdo,
             0x5FFE_0008,
             &[Abort::NO_OBJECT, Abort::NOT_MAPPABLE],
@@ -109,7 +109,7 @@ fn y41(bench: &mut Bench) -> Course {
         )?;
     }
     refuses(
-        bench,
+        tester,
         &pdo,
         0x1000_0020,
         &[Abort::NOT_MAPPABLE],
@@ -117,18 +117,18 @@ fn y41(bench: &mut Bench) -> Course {
     )
 }
 
-fn y42(bench: &mut Bench) -> Course {
-    let pdo = changeable(bench)?;
+fn y42(tester: &mut Tester) -> Course {
+    let pdo = changeable(tester)?;
     let Some(longest) = pdo.entries.iter().max_by_key(|entry| **entry & 0xFF).copied() else {
         return inapplicable("it maps nothing");
     };
     let bits = longest & 0xFF;
     let needed = u8::try_from(64 / bits.max(1) + 1).unwrap_or(u8::MAX);
-    if !bench.has(pdo.mapping(), needed)? {
+    if !tester.has(pdo.mapping(), needed)? {
         return inapplicable("its mapping has too few entries for more than 64 bits");
     }
     for sub in 1..=needed {
-        match bench.try_set(pdo.mapping(), sub, &longest.to_le_bytes())? {
+        match tester.try_set(pdo.mapping(), sub, &longest.to_le_bytes())? {
             Ok(()) => {}
             Err(code) if code == Abort::PDO_LENGTH.code() => return Ok(()),
             Err(code) => {
@@ -137,20 +137,20 @@ fn y42(bench: &mut Bench) -> Course {
             }
         }
     }
-    let got = bench.try_set(pdo.mapping(), 0, &[needed])?;
-    let held = bench.must_refuse(got, &[Abort::PDO_LENGTH.code()], "a mapping of more than 64 bits");
+    let got = tester.try_set(pdo.mapping(), 0, &[needed])?;
+    let held = tester.must_refuse(got, &[Abort::PDO_LENGTH.code()], "a mapping of more than 64 bits");
     if got.is_ok() {
-        bench.set(pdo.mapping(), 0, &[0])?;
+        tester.set(pdo.mapping(), 0, &[0])?;
     }
     held
 }
 
-fn y43(bench: &mut Bench) -> Course {
-    let pdo = changeable(bench)?;
+fn y43(tester: &mut Tester) -> Course {
+    let pdo = changeable(tester)?;
     let Some(first) = pdo.entries.first().copied() else { return inapplicable("it maps nothing") };
-    bench.set(pdo.mapping(), 1, &first.to_le_bytes())?;
-    bench.set(pdo.mapping(), 0, &[1])?;
-    let got = bench.try_set(pdo.mapping(), 1, &first.to_le_bytes())?;
+    tester.set(pdo.mapping(), 1, &first.to_le_bytes())?;
+    tester.set(pdo.mapping(), 0, &[1])?;
+    let got = tester.try_set(pdo.mapping(), 1, &first.to_le_bytes())?;
     let codes = [
         Abort::DEVICE_STATE,
         Abort::NOT_MAPPABLE,
@@ -159,7 +159,7 @@ fn y43(bench: &mut Bench) -> Course {
         Abort::LOCAL_CONTROL,
     ];
     let codes: Vec<u32> = codes.iter().map(|abort| abort.code()).collect();
-    match bench.must_refuse(got, &codes, "an entry of a mapping whose sub-index 0 is 1") {
+    match tester.must_refuse(got, &codes, "an entry of a mapping whose sub-index 0 is 1") {
         // The value is the same, and some devices take it.
         Err(Halt::Broken { why, .. }) => broken(why),
         other => other,

@@ -1,7 +1,7 @@
 //! The table of nodes, group by group: `docs/reference/canopen-link.md` 14 (K, O, Y, E, R) and `docs/reference/eds.md` 6 (X,
 //! with the numbers of its E rows).
 
-use super::Bench;
+use super::Tester;
 use crate::judge::device::row::{By, Entry, Group};
 use crate::judge::requirement::Confidence;
 
@@ -22,7 +22,7 @@ mod storage;
 mod troubles;
 
 /// Every group, in the order of the table.
-pub(super) fn groups() -> Vec<Group<Bench>> {
+pub(super) fn groups() -> Vec<Group<Tester>> {
     let before = [
         nmt::GROUP,
         sdo::GROUP,
@@ -47,13 +47,13 @@ const fn row(
     text: &'static str,
     rule: &'static str,
     needs: &'static [&'static str],
-    by: By<Bench>,
-) -> Entry<Bench> {
+    by: By<Tester>,
+) -> Entry<Tester> {
     Entry { id, priority: 1, confidence: Confidence::A, text, rule, needs, by }
 }
 
 /// The same row, as sure as this.
-const fn sure(entry: Entry<Bench>, confidence: Confidence) -> Entry<Bench> {
+const fn sure(entry: Entry<Tester>, confidence: Confidence) -> Entry<Tester> {
     let priority = entry.priority;
     entry.rated(priority, confidence)
 }

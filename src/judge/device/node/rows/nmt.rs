@@ -4,12 +4,12 @@ use super::{row, sure};
 use crate::can_bus::can::Frame;
 use crate::can_bus::canopen::{Address, NmtState, cob_id};
 use crate::judge::device::course::{Course, broken, inapplicable};
-use crate::judge::device::node::Bench;
+use crate::judge::device::node::Tester;
 use crate::judge::device::node::wire::Passed;
 use crate::judge::device::row::{By, Group};
 use crate::judge::requirement::Confidence::B;
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "Boot-up, NMT",
     rows: &[
         row(
@@ -84,19 +84,19 @@ pub(super) const GROUP: Group<Bench> = Group {
     ],
 };
 
-fn k01(bench: &mut Bench) -> Course {
-    bench.act("power-cycle")?;
-    bench.boot_up_first("power-on")?;
-    not_again(bench, "power-on")?;
-    bench.show_state()?;
-    bench.must_be(NmtState::PreOperational, "after power-on")
+fn k01(tester: &mut Tester) -> Course {
+    tester.act("power-cycle")?;
+    tester.boot_up_first("power-on")?;
+    not_again(tester, "power-on")?;
+    tester.show_state()?;
+    tester.must_be(NmtState::PreOperational, "after power-on")
 }
 
 /// No second boot-up.
-fn not_again(bench: &mut Bench, what: &str) -> Course {
-    let id = bench.id(cob_id::ERROR_CONTROL);
+fn not_again(tester: &mut Tester, what: &str) -> Course {
+    let id = tester.id(cob_id::ERROR_CONTROL);
     let boots = |frame: &Frame| frame.id() == id && !frame.is_remote() && frame.octets() == [0];
-    match bench.find(bench.silence() * 5, boots)? {
+    match tester.find(tester.silence() * 5, boots)? {
         None => Ok(()),
         Some(Passed { .. }) => broken(format!("a second boot-up after {what}")),
     }
@@ -104,56 +104,56 @@ fn not_again(bench: &mut Bench, what: &str) -> Course {
 
 const STATES: [NmtState; 3] = [NmtState::PreOperational, NmtState::Operational, NmtState::Stopped];
 
-fn every_command(bench: &mut Bench, number: u8) -> Course {
-    bench.show_state()?;
+fn every_command(tester: &mut Tester, number: u8) -> Course {
+    tester.show_state()?;
     for from in STATES {
         for (command, to) in
             [(0x01, NmtState::Operational), (0x02, NmtState::Stopped), (0x80, NmtState::PreOperational)]
         {
-            bench.enter(from)?;
-            bench.must_be(from, "after a command to its own number")?;
-            bench.nmt(&[command, number])?;
-            bench.collect(bench.moment())?;
-            bench.must_be(to, &format!("after the command {command:02X} {number:02X} in {from}"))?;
+            tester.enter(from)?;
+            tester.must_be(from, "after a command to its own number")?;
+            tester.nmt(&[command, number])?;
+            tester.collect(tester.moment())?;
+            tester.must_be(to, &format!("after the command {command:02X} {number:02X} in {from}"))?;
         }
     }
     for command in [0x81, 0x82] {
-        bench.enter(NmtState::Operational)?;
-        bench.drain()?;
-        bench.nmt(&[command, number])?;
-        bench.boot_up(&format!("the command {command:02X} {number:02X}"))?;
-        bench.forget_written();
-        bench.collect(bench.moment())?;
-        bench.show_state()?;
-        bench.must_be(NmtState::PreOperational, "after a reset")?;
+        tester.enter(NmtState::Operational)?;
+        tester.drain()?;
+        tester.nmt(&[command, number])?;
+        tester.boot_up(&format!("the command {command:02X} {number:02X}"))?;
+        tester.forget_written();
+        tester.collect(tester.moment())?;
+        tester.show_state()?;
+        tester.must_be(NmtState::PreOperational, "after a reset")?;
     }
     Ok(())
 }
 
-fn k02(bench: &mut Bench) -> Course {
-    every_command(bench, bench.node().number())
+fn k02(tester: &mut Tester) -> Course {
+    every_command(tester, tester.node().number())
 }
 
-fn k03(bench: &mut Bench) -> Course {
-    every_command(bench, 0)
+fn k03(tester: &mut Tester) -> Course {
+    every_command(tester, 0)
 }
 
-fn k04(bench: &mut Bench) -> Course {
-    bench.show_state()?;
-    let own = bench.node().number();
-    for number in [bench.other().number(), own | 0x80, 128, 255] {
+fn k04(tester: &mut Tester) -> Course {
+    tester.show_state()?;
+    let own = tester.node().number();
+    for number in [tester.other().number(), own | 0x80, 128, 255] {
         for command in [0x01, 0x02, 0x81, 0x82] {
-            bench.nmt(&[command, number])?;
+            tester.nmt(&[command, number])?;
         }
-        not_again(bench, &format!("commands to number {number}"))?;
-        bench.must_be(NmtState::PreOperational, &format!("after commands to number {number}"))?;
+        not_again(tester, &format!("commands to number {number}"))?;
+        tester.must_be(NmtState::PreOperational, &format!("after commands to number {number}"))?;
     }
     Ok(())
 }
 
-fn k05(bench: &mut Bench) -> Course {
-    bench.show_state()?;
-    let own = bench.node().number();
+fn k05(tester: &mut Tester) -> Course {
+    tester.show_state()?;
+    let own = tester.node().number();
     let wrong: [&[u8]; 7] = [
         &[],
         &[0x01],
@@ -164,57 +164,57 @@ fn k05(bench: &mut Bench) -> Course {
         &[0xFF, own],
     ];
     for octets in wrong {
-        bench.nmt(octets)?;
-        bench.must_be(NmtState::PreOperational, &format!("after an NMT frame {octets:02X?}"))?;
+        tester.nmt(octets)?;
+        tester.must_be(NmtState::PreOperational, &format!("after an NMT frame {octets:02X?}"))?;
     }
-    bench.request(cob_id::NMT_ID, 2)?;
-    bench.must_be(NmtState::PreOperational, "after a remote frame with identifier 0")?;
+    tester.request(cob_id::NMT_ID, 2)?;
+    tester.must_be(NmtState::PreOperational, "after a remote frame with identifier 0")?;
     if let Ok(extended) = crate::can_bus::can::Id::extended(0) {
-        bench.send(extended, &[0x01, own])?;
-        bench.must_be(NmtState::PreOperational, "after a frame with identifier 0 of 29 bits")?;
+        tester.send(extended, &[0x01, own])?;
+        tester.must_be(NmtState::PreOperational, "after a frame with identifier 0 of 29 bits")?;
     }
     Ok(())
 }
 
-fn k06(bench: &mut Bench) -> Course {
-    let own = bench.node().number();
+fn k06(tester: &mut Tester) -> Course {
+    let own = tester.node().number();
     for command in [0x82, 0x81] {
-        bench.collect(bench.silence())?;
-        bench.nmt(&[command, own])?;
-        bench.boot_up_first(&format!("the command {command:02X}"))?;
-        not_again(bench, &format!("the command {command:02X}"))?;
+        tester.collect(tester.silence())?;
+        tester.nmt(&[command, own])?;
+        tester.boot_up_first(&format!("the command {command:02X}"))?;
+        not_again(tester, &format!("the command {command:02X}"))?;
     }
     Ok(())
 }
 
-fn k08(bench: &mut Bench) -> Course {
-    bench.show_state()?;
-    let sync = bench.sync_id()?;
-    bench.enter(NmtState::Stopped)?;
-    bench.must_be(NmtState::Stopped, "after the command 02")?;
-    bench.drain()?;
-    bench.send(bench.id(cob_id::SDO_CLIENT), &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0])?;
-    bench.silent_on(bench.id(cob_id::SDO_SERVER), "an SDO is asked in STOPPED")?;
-    bench.send(sync, &[])?;
+fn k08(tester: &mut Tester) -> Course {
+    tester.show_state()?;
+    let sync = tester.sync_id()?;
+    tester.enter(NmtState::Stopped)?;
+    tester.must_be(NmtState::Stopped, "after the command 02")?;
+    tester.drain()?;
+    tester.send(tester.id(cob_id::SDO_CLIENT), &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0])?;
+    tester.silent_on(tester.id(cob_id::SDO_SERVER), "an SDO is asked in STOPPED")?;
+    tester.send(sync, &[])?;
     for pdo in [0x180, 0x280, 0x380, 0x480] {
-        bench.silent_on(bench.id(pdo), "a SYNC in STOPPED asks for nothing")?;
+        tester.silent_on(tester.id(pdo), "a SYNC in STOPPED asks for nothing")?;
     }
-    bench.must_be(NmtState::Stopped, "after an SDO and a SYNC")
+    tester.must_be(NmtState::Stopped, "after an SDO and a SYNC")
 }
 
-fn k09(bench: &mut Bench) -> Course {
-    let Some(at) = super::segments::long_one(bench)? else {
+fn k09(tester: &mut Tester) -> Course {
+    let Some(at) = super::segments::long_one(tester)? else {
         return inapplicable("it has no object that is read in segments");
     };
-    super::segments::begin(bench, at)?;
-    bench.drain()?;
-    bench.nmt(&[0x02, bench.node().number()])?;
-    bench.silent_on(bench.id(cob_id::SDO_SERVER), "the node is stopped within a transfer")?;
-    bench.enter(NmtState::PreOperational)?;
-    let answer = bench.asked([0x60, 0, 0, 0, 0, 0, 0, 0], "a segment request after STOPPED")?;
+    super::segments::begin(tester, at)?;
+    tester.drain()?;
+    tester.nmt(&[0x02, tester.node().number()])?;
+    tester.silent_on(tester.id(cob_id::SDO_SERVER), "the node is stopped within a transfer")?;
+    tester.enter(NmtState::PreOperational)?;
+    let answer = tester.asked([0x60, 0, 0, 0, 0, 0, 0, 0], "a segment request after STOPPED")?;
     let read = super::super::sdo::abort_of(answer);
     if read.is_none() {
         return broken(format!("a transfer of {at} goes on after the node was stopped"));
     }
-    bench.upload(Address::new(0x1000, 0)).map(drop)
+    tester.upload(Address::new(0x1000, 0)).map(drop)
 }

@@ -5,13 +5,13 @@ use crate::can_bus::canopen::value::ValueKind;
 use crate::can_bus::canopen::{Abort, Address};
 use crate::explain::hex;
 use crate::judge::device::course::{Course, broken, inapplicable};
-use crate::judge::device::node::Bench;
+use crate::judge::device::node::Tester;
 use crate::judge::device::node::objects::Listed;
 use crate::judge::device::node::sdo::refused;
 use crate::judge::device::row::{By, Group};
 use crate::judge::requirement::Confidence::{B, U};
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "Objects of the data sheet",
     rows: &[
         row(
@@ -114,17 +114,17 @@ pub(super) const GROUP: Group<Bench> = Group {
     ],
 };
 
-fn a_sheet(bench: &Bench) -> Course {
-    if bench.setup.eds.is_some() { Ok(()) } else { inapplicable("needs eds=: the data sheet of the node") }
+fn a_sheet(tester: &Tester) -> Course {
+    if tester.setup.eds.is_some() { Ok(()) } else { inapplicable("needs eds=: the data sheet of the node") }
 }
 
-fn r04(bench: &mut Bench) -> Course {
+fn r04(tester: &mut Tester) -> Course {
     for (index, sub) in [(0x1000, 0), (0x1001, 0), (0x1018, 1)] {
-        bench.value(index, sub)?;
+        tester.value(index, sub)?;
     }
-    let device_type = bench.number(0x1000, 0)?;
-    let node = bench.node();
-    let of_file = bench.setup.eds.as_ref().and_then(|eds| {
+    let device_type = tester.number(0x1000, 0)?;
+    let node = tester.node();
+    let of_file = tester.setup.eds.as_ref().and_then(|eds| {
         eds.number(0x1000, 0)?;
         Some(crate::judge::device::node::objects::whole(&eds.entry(0x1000, 0)?.octets(node)))
     });
@@ -136,17 +136,17 @@ fn r04(bench: &mut Bench) -> Course {
     }
 }
 
-fn x21(bench: &mut Bench) -> Course {
-    a_sheet(bench)?;
+fn x21(tester: &mut Tester) -> Course {
+    a_sheet(tester)?;
     for sub in 1..=3 {
-        let of_file = bench.setup.eds.as_ref().and_then(|eds| {
+        let of_file = tester.setup.eds.as_ref().and_then(|eds| {
             let info = &eds.device;
             let of_info = [info.vendor_number, info.product_number, info.revision_number];
             let of_entry = eds.number(0x1018, sub).and_then(|number| u64::try_from(number).ok());
             of_entry.or_else(|| of_info.get(usize::from(sub) - 1).copied().flatten().map(u64::from))
         });
         let Some(expected) = of_file else { continue };
-        let Some(got) = bench.number_if(0x1018, sub)? else { continue };
+        let Some(got) = tester.number_if(0x1018, sub)? else { continue };
         if got != expected {
             return broken(format!("1018h:{sub} is {got:08X}h, the data sheet says {expected:08X}h"));
         }
@@ -159,11 +159,11 @@ fn may_be_empty(at: Address) -> bool {
     at.index.0 == 0x1003
 }
 
-fn x09(bench: &mut Bench) -> Course {
-    a_sheet(bench)?;
-    for listed in bench.some_listed(|listed| listed.entry.rights.is_readable()) {
+fn x09(tester: &mut Tester) -> Course {
+    a_sheet(tester)?;
+    for listed in tester.some_listed(|listed| listed.entry.rights.is_readable()) {
         let at = listed.at;
-        match bench.upload(at)? {
+        match tester.upload(at)? {
             Ok(octets) => {
                 if let Some(size) = listed.size().filter(|size| *size != octets.len()) {
                     let data = listed.entry.data.name();
@@ -199,13 +199,13 @@ fn has_default(listed: &Listed) -> bool {
     given && listed.entry.rights.is_readable() && !of_unit && !may_be_empty(listed.at)
 }
 
-fn x04(bench: &mut Bench) -> Course {
-    a_sheet(bench)?;
-    let node = bench.node();
-    let as_delivered = match bench.act("new-device") {
+fn x04(tester: &mut Tester) -> Course {
+    a_sheet(tester)?;
+    let node = tester.node();
+    let as_delivered = match tester.act("new-device") {
         Ok(_) => {
-            bench.boot_up("the action new-device")?;
-            bench.collect(bench.moment())?;
+            tester.boot_up("the action new-device")?;
+            tester.collect(tester.moment())?;
             true
         }
         Err(crate::judge::device::course::Halt::Inapplicable(_)) => false,
@@ -214,10 +214,10 @@ fn x04(bench: &mut Bench) -> Course {
     let constant = |listed: &Listed| listed.entry.rights == crate::eds::Rights::Const;
     // What only can be read may be a measured value.
     let chosen = |listed: &Listed| constant(listed) || as_delivered && listed.entry.rights.is_writable();
-    let listed: Vec<Listed> = bench.some_listed(chosen);
+    let listed: Vec<Listed> = tester.some_listed(chosen);
     for listed in listed.into_iter().filter(has_default) {
         let expected = listed.entry.octets(node);
-        let got = bench.value(listed.at.index.0, listed.at.sub.0)?;
+        let got = tester.value(listed.at.index.0, listed.at.sub.0)?;
         // An object of the device may hold the number that it was given.
         let is_number = listed.is_application() && got == [node.number()];
         if got != expected && !is_number {
@@ -233,10 +233,10 @@ fn x04(bench: &mut Bench) -> Course {
     Ok(())
 }
 
-fn x12(bench: &mut Bench) -> Course {
-    a_sheet(bench)?;
-    let node = bench.node();
-    let listed = bench.listed();
+fn x12(tester: &mut Tester) -> Course {
+    a_sheet(tester)?;
+    let node = tester.node();
+    let listed = tester.listed();
     for first in listed.iter().filter(|listed| listed.at.sub.0 == 0) {
         let index = first.at.index;
         let highest = listed.iter().filter(|other| other.at.index == index).map(|other| other.at.sub.0).max();
@@ -251,7 +251,7 @@ fn x12(bench: &mut Bench) -> Course {
         if may_be_empty(first.at) {
             continue;
         }
-        let got = bench.number(index.0, 0)?;
+        let got = tester.number(index.0, 0)?;
         if got != u64::from(highest) {
             return broken(format!("{} is {got}, and the highest sub-index is {highest}", first.at));
         }
@@ -259,17 +259,17 @@ fn x12(bench: &mut Bench) -> Course {
     Ok(())
 }
 
-fn x14(bench: &mut Bench) -> Course {
-    a_sheet(bench)?;
-    let Some(eds) = bench.setup.eds.clone() else { return Ok(()) };
+fn x14(tester: &mut Tester) -> Course {
+    a_sheet(tester)?;
+    let Some(eds) = tester.setup.eds.clone() else { return Ok(()) };
     let near = eds.objects.keys().map(|index| index.saturating_add(1));
     let known = [0x1002, 0x1005, 0x1006, 0x1008, 0x100C, 0x1010, 0x1014, 0x1016, 0x1017, 0x1029, 0x1200];
     let known = known.into_iter().chain([0x1400, 0x1600, 0x1800, 0x1A00, 0x2000, 0x6000, 0x6040, 0x6041]);
-    let most = if bench.setup.quick { 30 } else { 300 };
+    let most = if tester.setup.quick { 30 } else { 300 };
     let missing = known.chain(near).filter(|index| !eds.objects.contains_key(index) && *index >= 0x1000);
     for index in missing.take(most) {
-        let got = bench.upload(Address::new(index, 0))?.map(drop);
-        bench.must_refuse(
+        let got = tester.upload(Address::new(index, 0))?.map(drop);
+        tester.must_refuse(
             got,
             &[Abort::NO_OBJECT.code()],
             &format!("a read of {index:04X}h, which the data sheet lacks,"),
@@ -280,9 +280,9 @@ fn x14(bench: &mut Bench) -> Course {
         if sub == u8::MAX || object.refuses_scan {
             continue;
         }
-        let got = bench.upload(Address::new(*index, sub))?.map(drop);
+        let got = tester.upload(Address::new(*index, sub))?.map(drop);
         let codes = [Abort::NO_SUB.code()];
-        bench.must_refuse(
+        tester.must_refuse(
             got,
             &codes,
             &format!("a read of {index:04X}h:{sub:02X}, which the data sheet lacks,"),
@@ -291,17 +291,17 @@ fn x14(bench: &mut Bench) -> Course {
     Ok(())
 }
 
-fn x15(bench: &mut Bench) -> Course {
-    a_sheet(bench)?;
-    bench.may_write()?;
-    for listed in bench.some_listed(|listed| !listed.entry.rights.is_writable()) {
+fn x15(tester: &mut Tester) -> Course {
+    a_sheet(tester)?;
+    tester.may_write()?;
+    for listed in tester.some_listed(|listed| !listed.entry.rights.is_writable()) {
         let at = listed.at;
-        let Ok(before) = bench.upload(at)? else { continue };
+        let Ok(before) = tester.upload(at)? else { continue };
         if before.is_empty() {
             continue;
         }
-        let got = bench.download(at, &before)?;
-        bench.must_refuse(
+        let got = tester.download(at, &before)?;
+        tester.must_refuse(
             got,
             &[Abort::READ_ONLY.code()],
             &format!("a write of {at} ({}), which is ro,", listed.entry.name),
@@ -310,16 +310,16 @@ fn x15(bench: &mut Bench) -> Course {
     Ok(())
 }
 
-fn x16(bench: &mut Bench) -> Course {
-    a_sheet(bench)?;
-    let listed = bench.some_listed(|listed| !listed.entry.rights.is_readable());
+fn x16(tester: &mut Tester) -> Course {
+    a_sheet(tester)?;
+    let listed = tester.some_listed(|listed| !listed.entry.rights.is_readable());
     if listed.is_empty() {
         return inapplicable("the data sheet has no entry that is wo");
     }
     for listed in listed {
         let at = listed.at;
-        let got = bench.upload(at)?.map(drop);
-        bench.must_refuse(
+        let got = tester.upload(at)?.map(drop);
+        tester.must_refuse(
             got,
             &[Abort::WRITE_ONLY.code()],
             &format!("a read of {at} ({}), which is wo,", listed.entry.name),
@@ -329,9 +329,9 @@ fn x16(bench: &mut Bench) -> Course {
 }
 
 /// Entries of the application that may be written: process data only where something may move.
-fn own_values(bench: &Bench) -> Vec<Listed> {
-    let moves = bench.setup.moves_allowed;
-    bench.some_listed(|listed| {
+fn own_values(tester: &Tester) -> Vec<Listed> {
+    let moves = tester.setup.moves_allowed;
+    tester.some_listed(|listed| {
         let readable = listed.entry.rights.is_readable() && listed.entry.rights.is_writable();
         readable && listed.is_application() && (moves || !listed.is_process_data())
     })
@@ -354,17 +354,17 @@ fn is_of_its_own(code: u32) -> bool {
     allowed.iter().any(|abort| abort.code() == code)
 }
 
-fn x17(bench: &mut Bench) -> Course {
-    a_sheet(bench)?;
-    bench.may_write()?;
-    for listed in own_values(bench) {
+fn x17(tester: &mut Tester) -> Course {
+    a_sheet(tester)?;
+    tester.may_write()?;
+    for listed in own_values(tester) {
         let at = listed.at;
-        let Ok(before) = bench.upload(at)? else { continue };
+        let Ok(before) = tester.upload(at)? else { continue };
         if before.is_empty() {
             continue;
         }
-        match bench.download(at, &before)? {
-            Ok(()) => super::sdo::unchanged(bench, at, &before, "a write of the value that it holds")?,
+        match tester.download(at, &before)? {
+            Ok(()) => super::sdo::unchanged(tester, at, &before, "a write of the value that it holds")?,
             Err(code) if is_of_its_own(code) => {}
             Err(code) => {
                 let name = &listed.entry.name;
@@ -378,13 +378,13 @@ fn x17(bench: &mut Bench) -> Course {
     Ok(())
 }
 
-fn x60(bench: &mut Bench) -> Course {
-    a_sheet(bench)?;
-    bench.may_write()?;
-    let node = bench.node();
-    for listed in own_values(bench).into_iter().filter(Listed::is_whole) {
+fn x60(tester: &mut Tester) -> Course {
+    a_sheet(tester)?;
+    tester.may_write()?;
+    let node = tester.node();
+    for listed in own_values(tester).into_iter().filter(Listed::is_whole) {
         let at = listed.at;
-        let Ok(before) = bench.upload(at)? else { continue };
+        let Ok(before) = tester.upload(at)? else { continue };
         let (low, high) = listed.limits(node);
         let number = listed.number_of(&before);
         let within =
@@ -393,13 +393,13 @@ fn x60(bench: &mut Bench) -> Course {
             [number + 1, number - 1].into_iter().filter(within).find_map(|number| listed.octets_of(number));
         let Some(other) = other else { continue };
         // What cannot be written back is not touched.
-        if bench.download(at, &before)?.is_err() {
+        if tester.download(at, &before)?.is_err() {
             continue;
         }
-        if bench.try_set(at.index.0, at.sub.0, &other)?.is_err() {
+        if tester.try_set(at.index.0, at.sub.0, &other)?.is_err() {
             continue;
         }
-        let got = bench.value(at.index.0, at.sub.0)?;
+        let got = tester.value(at.index.0, at.sub.0)?;
         if got != other {
             return broken(format!(
                 "{at} ({}) is {}, written was {}",
@@ -412,53 +412,53 @@ fn x60(bench: &mut Bench) -> Course {
     Ok(())
 }
 
-fn x18(bench: &mut Bench) -> Course {
-    a_sheet(bench)?;
-    bench.may_write()?;
-    for listed in own_values(bench) {
+fn x18(tester: &mut Tester) -> Course {
+    a_sheet(tester)?;
+    tester.may_write()?;
+    for listed in own_values(tester) {
         let at = listed.at;
         let Some(size) = listed.size().filter(|size| *size <= 4) else { continue };
-        let Ok(before) = bench.upload(at)? else { continue };
+        let Ok(before) = tester.upload(at)? else { continue };
         for len in [size - 1, size + 1].into_iter().filter(|len| (1..=4).contains(len)) {
             let octets: Vec<u8> = before.iter().copied().chain([0]).take(len).collect();
             let what = format!("a write of {len} octets to {at}, which has {size},");
-            let got = bench.download(at, &octets)?;
+            let got = tester.download(at, &octets)?;
             if let Err(code) = got
                 && (code == Abort::DEVICE_STATE.code() || code == Abort::LOCAL_CONTROL.code())
             {
                 continue;
             }
             let back = got.is_ok();
-            let held = bench.must_refuse(got, &super::sdo::WRONG_LENGTH, &what);
+            let held = tester.must_refuse(got, &super::sdo::WRONG_LENGTH, &what);
             if back {
-                let _ = bench.download(at, &before)?;
+                let _ = tester.download(at, &before)?;
             }
             held?;
-            super::sdo::unchanged(bench, at, &before, &what)?;
+            super::sdo::unchanged(tester, at, &before, &what)?;
         }
     }
     Ok(())
 }
 
-fn x19(bench: &mut Bench) -> Course {
-    a_sheet(bench)?;
-    bench.may_write()?;
-    let node = bench.node();
+fn x19(tester: &mut Tester) -> Course {
+    a_sheet(tester)?;
+    tester.may_write()?;
+    let node = tester.node();
     let mut tried = 0;
-    for listed in own_values(bench).into_iter().filter(Listed::is_whole) {
+    for listed in own_values(tester).into_iter().filter(Listed::is_whole) {
         let at = listed.at;
         let (low, high) = listed.limits(node);
         let above = high.and_then(|high| listed.octets_of(high + 1)).map(|octets| (octets, Abort::TOO_HIGH));
         let below = low.and_then(|low| listed.octets_of(low - 1)).map(|octets| (octets, Abort::TOO_LOW));
         for (octets, abort) in above.into_iter().chain(below) {
-            let Ok(before) = bench.upload(at)? else { continue };
+            let Ok(before) = tester.upload(at)? else { continue };
             tried += 1;
             let what = format!(
                 "a write of {} to {at} ({}), which is beyond its limits,",
                 hex(&octets),
                 listed.entry.name
             );
-            let got = bench.download(at, &octets)?;
+            let got = tester.download(at, &octets)?;
             if let Err(code) = got
                 && (code == Abort::DEVICE_STATE.code() || code == Abort::LOCAL_CONTROL.code())
             {
@@ -466,12 +466,12 @@ fn x19(bench: &mut Bench) -> Course {
             }
             let back = got.is_ok();
             let held =
-                bench.must_refuse(got, &[abort.code(), Abort::RANGE.code(), Abort::PARAMETER.code()], &what);
+                tester.must_refuse(got, &[abort.code(), Abort::RANGE.code(), Abort::PARAMETER.code()], &what);
             if back {
-                let _ = bench.download(at, &before)?;
+                let _ = tester.download(at, &before)?;
             }
             held?;
-            super::sdo::unchanged(bench, at, &before, &what)?;
+            super::sdo::unchanged(tester, at, &before, &what)?;
         }
     }
     if tried == 0 {
@@ -481,12 +481,12 @@ fn x19(bench: &mut Bench) -> Course {
     }
 }
 
-fn x10(bench: &mut Bench) -> Course {
-    a_sheet(bench)?;
-    let node = bench.node();
-    for listed in bench.some_listed(|listed| listed.entry.data.kind() == ValueKind::Text) {
+fn x10(tester: &mut Tester) -> Course {
+    a_sheet(tester)?;
+    let node = tester.node();
+    for listed in tester.some_listed(|listed| listed.entry.data.kind() == ValueKind::Text) {
         let at = listed.at;
-        let Ok(octets) = bench.upload(at)? else { continue };
+        let Ok(octets) = tester.upload(at)? else { continue };
         if octets.contains(&0) {
             return broken(format!("{at} ({}) has a zero: {}", listed.entry.name, hex(&octets)));
         }

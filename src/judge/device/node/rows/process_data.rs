@@ -8,12 +8,12 @@ use crate::can_bus::canopen::NmtState;
 use crate::can_bus::canopen::cob_id::CobId;
 use crate::explain::hex;
 use crate::judge::device::course::{Course, broken, inapplicable};
-use crate::judge::device::node::Bench;
+use crate::judge::device::node::Tester;
 use crate::judge::device::node::pdo::{Pdo, Way};
 use crate::judge::device::row::{By, Group};
 use crate::judge::requirement::Confidence::U;
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "TPDOs, SYNC",
     rows: &[
         row(
@@ -106,37 +106,38 @@ pub(super) const GROUP: Group<Bench> = Group {
 };
 
 /// A TPDO of this type that is on, alone, in OPERATIONAL.
-pub(super) fn on(bench: &mut Bench, kind: u8) -> Course<(Pdo, Id)> {
-    let pdo = bench.a_pdo(Way::Sent)?;
-    bench.alone(&pdo)?;
-    quiet_timers(bench, &pdo)?;
-    let id = bench.switch_on(&pdo, kind)?;
-    bench.enter(NmtState::Operational)?;
-    bench.collect(bench.silence())?;
+pub(super) fn on(tester: &mut Tester, kind: u8) -> Course<(Pdo, Id)> {
+    let pdo = tester.a_pdo(Way::Sent)?;
+    tester.alone(&pdo)?;
+    quiet_timers(tester, &pdo)?;
+    let id = tester.switch_on(&pdo, kind)?;
+    tester.enter(NmtState::Operational)?;
+    tester.collect(tester.silence())?;
     Ok((pdo, id))
 }
 
 /// No event timer of its own.
-fn quiet_timers(bench: &mut Bench, pdo: &Pdo) -> Course {
+fn quiet_timers(tester: &mut Tester, pdo: &Pdo) -> Course {
     let parameters = pdo.parameters();
-    if bench.is_writable(parameters, 5)? && bench.number_if(parameters, 5)?.is_some_and(|timer| timer != 0) {
-        bench.switch_off(pdo)?;
-        bench.set(parameters, 5, &[0, 0])?;
+    if tester.is_writable(parameters, 5)? && tester.number_if(parameters, 5)?.is_some_and(|timer| timer != 0)
+    {
+        tester.switch_off(pdo)?;
+        tester.set(parameters, 5, &[0, 0])?;
     }
     Ok(())
 }
 
 /// So many TPDOs come after a SYNC.
-fn after_sync(bench: &mut Bench, id: Id) -> Course<Vec<Frame>> {
-    bench.sync()?;
-    let come = bench.come(id, bench.silence())?;
+fn after_sync(tester: &mut Tester, id: Id) -> Course<Vec<Frame>> {
+    tester.sync()?;
+    let come = tester.come(id, tester.silence())?;
     Ok(come.into_iter().map(|passed| passed.frame).collect())
 }
 
-fn y02(bench: &mut Bench) -> Course {
-    let (pdo, id) = on(bench, 1)?;
+fn y02(tester: &mut Tester) -> Course {
+    let (pdo, id) = on(tester, 1)?;
     for number in 1..=5 {
-        let come = after_sync(bench, id)?;
+        let come = after_sync(tester, id)?;
         let [frame] = come.as_slice() else {
             return broken(format!("{} TPDOs come after SYNC {number}, expected 1", come.len()));
         };
@@ -144,9 +145,9 @@ fn y02(bench: &mut Bench) -> Course {
             return broken(format!("{frame} has {} octets, mapped are {}", frame.octets().len(), pdo.len()));
         }
     }
-    let before = bench.shown_by_sdo(&pdo)?;
-    let come = after_sync(bench, id)?;
-    let after = bench.shown_by_sdo(&pdo)?;
+    let before = tester.shown_by_sdo(&pdo)?;
+    let come = after_sync(tester, id)?;
+    let after = tester.shown_by_sdo(&pdo)?;
     let Some(frame) = come.first() else { return broken("no TPDO after a SYNC") };
     match before {
         // What changes by itself cannot be compared.
@@ -157,19 +158,19 @@ fn y02(bench: &mut Bench) -> Course {
     }
 }
 
-fn y22(bench: &mut Bench) -> Course {
-    let counts: &[u8] = if bench.setup.quick { &[3] } else { &[2, 3, 10] };
+fn y22(tester: &mut Tester) -> Course {
+    let counts: &[u8] = if tester.setup.quick { &[3] } else { &[2, 3, 10] };
     for count in counts {
-        let (_, id) = on(bench, *count)?;
+        let (_, id) = on(tester, *count)?;
         // It may begin to count where it likes.
         for _ in 0..*count {
-            if !after_sync(bench, id)?.is_empty() {
+            if !after_sync(tester, id)?.is_empty() {
                 break;
             }
         }
         for round in 1..=2 {
             for number in 1..=*count {
-                let come = after_sync(bench, id)?.len();
+                let come = after_sync(tester, id)?.len();
                 let expected = usize::from(number == *count);
                 if come != expected {
                     return broken(format!(
@@ -178,21 +179,21 @@ fn y22(bench: &mut Bench) -> Course {
                 }
             }
         }
-        bench.enter(NmtState::PreOperational)?;
+        tester.enter(NmtState::PreOperational)?;
     }
-    if bench.setup.quick { Ok(()) } else { every_240th(bench) }
+    if tester.setup.quick { Ok(()) } else { every_240th(tester) }
 }
 
 /// So many SYNCs that not each can be waited for: only how many TPDOs come is judged.
-fn every_240th(bench: &mut Bench) -> Course {
-    let (_, id) = on(bench, 240)?;
-    let sync = bench.sync_id()?;
+fn every_240th(tester: &mut Tester) -> Course {
+    let (_, id) = on(tester, 240)?;
+    let sync = tester.sync_id()?;
     let mut come = 0;
     for _ in 0..480 {
-        bench.send(sync, &[])?;
-        come += bench.come(id, Duration::from_millis(2))?.len();
+        tester.send(sync, &[])?;
+        come += tester.come(id, Duration::from_millis(2))?.len();
     }
-    come += bench.come(id, bench.silence())?.len();
+    come += tester.come(id, tester.silence())?.len();
     if come == 2 {
         Ok(())
     } else {
@@ -201,121 +202,121 @@ fn every_240th(bench: &mut Bench) -> Course {
 }
 
 /// Switches it off, in PRE-OPERATIONAL: some nodes allow it there only.
-pub(super) fn off(bench: &mut Bench, pdo: &Pdo) -> Course {
-    bench.enter(NmtState::PreOperational)?;
-    bench.switch_off(pdo)
+pub(super) fn off(tester: &mut Tester, pdo: &Pdo) -> Course {
+    tester.enter(NmtState::PreOperational)?;
+    tester.switch_off(pdo)
 }
 
-pub(super) fn nothing(bench: &mut Bench, id: Id, when: &str) -> Course {
-    if let Some(frame) = after_sync(bench, id)?.first() {
+pub(super) fn nothing(tester: &mut Tester, id: Id, when: &str) -> Course {
+    if let Some(frame) = after_sync(tester, id)?.first() {
         return broken(format!("{when} {frame} comes after a SYNC"));
     }
-    bench.request(id, 8)?;
-    if let Some(passed) = bench.come(id, bench.silence())?.first() {
+    tester.request(id, 8)?;
+    if let Some(passed) = tester.come(id, tester.silence())?.first() {
         return broken(format!("{when} {} answers a remote request", passed.frame));
     }
     Ok(())
 }
 
-fn y01(bench: &mut Bench) -> Course {
-    let (_, id) = on(bench, 1)?;
-    bench.enter(NmtState::PreOperational)?;
-    nothing(bench, id, "in PRE-OPERATIONAL")?;
-    let sync = bench.sync_id()?;
-    bench.enter(NmtState::Stopped)?;
-    bench.send(sync, &[])?;
-    bench.silent_on(id, "a SYNC comes in STOPPED")?;
-    bench.enter(NmtState::PreOperational)
+fn y01(tester: &mut Tester) -> Course {
+    let (_, id) = on(tester, 1)?;
+    tester.enter(NmtState::PreOperational)?;
+    nothing(tester, id, "in PRE-OPERATIONAL")?;
+    let sync = tester.sync_id()?;
+    tester.enter(NmtState::Stopped)?;
+    tester.send(sync, &[])?;
+    tester.silent_on(id, "a SYNC comes in STOPPED")?;
+    tester.enter(NmtState::PreOperational)
 }
 
 /// How many TPDOs answer a remote request, with bit 30 so.
-fn answers(bench: &mut Bench, bit_30: bool) -> Course<usize> {
-    let (pdo, id) = on(bench, 1)?;
-    let cob_id = bench.cob_id(&pdo)?;
+fn answers(tester: &mut Tester, bit_30: bool) -> Course<usize> {
+    let (pdo, id) = on(tester, 1)?;
+    let cob_id = tester.cob_id(&pdo)?;
     let wanted = if bit_30 { cob_id | CobId::BIT_30 } else { cob_id & !CobId::BIT_30 };
     if wanted != cob_id {
-        off(bench, &pdo)?;
-        if let Err(code) = bench.try_set(pdo.parameters(), 1, &wanted.to_le_bytes())? {
+        off(tester, &pdo)?;
+        if let Err(code) = tester.try_set(pdo.parameters(), 1, &wanted.to_le_bytes())? {
             let why = super::super::sdo::refused(code);
             return inapplicable(format!(
                 "{:04X}h:01 = {wanted:08X}h is refused with {why}",
                 pdo.parameters()
             ));
         }
-        bench.enter(NmtState::Operational)?;
-        bench.collect(bench.silence())?;
+        tester.enter(NmtState::Operational)?;
+        tester.collect(tester.silence())?;
     }
-    bench.request(id, u8::try_from(pdo.len()).unwrap_or(8))?;
-    Ok(bench.come(id, bench.silence())?.len())
+    tester.request(id, u8::try_from(pdo.len()).unwrap_or(8))?;
+    Ok(tester.come(id, tester.silence())?.len())
 }
 
-fn y03(bench: &mut Bench) -> Course {
-    match answers(bench, true)? {
+fn y03(tester: &mut Tester) -> Course {
+    match answers(tester, true)? {
         0 => Ok(()),
         count => broken(format!("bit 30 is set, and {count} TPDOs answer a remote request")),
     }
 }
 
-fn y33(bench: &mut Bench) -> Course {
-    match answers(bench, false)? {
+fn y33(tester: &mut Tester) -> Course {
+    match answers(tester, false)? {
         1 => Ok(()),
         count => broken(format!("bit 30 is 0, and {count} TPDOs answer a remote request, expected 1")),
     }
 }
 
-fn y04(bench: &mut Bench) -> Course {
+fn y04(tester: &mut Tester) -> Course {
     let mut tried = 0;
     for kind in [252, 253] {
-        let (pdo, id) = match on(bench, kind) {
+        let (pdo, id) = match on(tester, kind) {
             Ok(on) => on,
             Err(crate::judge::device::course::Halt::Inapplicable(_)) => continue,
             Err(halt) => return Err(halt),
         };
         tried += 1;
-        if !after_sync(bench, id)?.is_empty() {
+        if !after_sync(tester, id)?.is_empty() {
             return broken(format!("type {kind}: a TPDO comes after a SYNC"));
         }
-        if !CobId(bench.cob_id(&pdo)?).bit_30() {
-            bench.request(id, u8::try_from(pdo.len()).unwrap_or(8))?;
-            let come = bench.come(id, bench.silence())?.len();
+        if !CobId(tester.cob_id(&pdo)?).bit_30() {
+            tester.request(id, u8::try_from(pdo.len()).unwrap_or(8))?;
+            let come = tester.come(id, tester.silence())?.len();
             if come != 1 {
                 return broken(format!("type {kind}: {come} TPDOs answer a remote request, expected 1"));
             }
         }
-        bench.enter(NmtState::PreOperational)?;
+        tester.enter(NmtState::PreOperational)?;
     }
     if tried == 0 { inapplicable("it refuses the types 252 and 253") } else { Ok(()) }
 }
 
 /// A TPDO of type 255 or 254 that is off, alone.
-fn event_driven(bench: &mut Bench, timer: u16, inhibit: u16) -> Course<(Pdo, Id)> {
-    let pdo = bench.a_pdo(Way::Sent)?;
-    bench.alone(&pdo)?;
-    bench.switch_off(&pdo)?;
+fn event_driven(tester: &mut Tester, timer: u16, inhibit: u16) -> Course<(Pdo, Id)> {
+    let pdo = tester.a_pdo(Way::Sent)?;
+    tester.alone(&pdo)?;
+    tester.switch_off(&pdo)?;
     for (sub, value) in [(5, timer), (3, inhibit)] {
-        if bench.is_writable(pdo.parameters(), sub)? {
-            bench.set(pdo.parameters(), sub, &value.to_le_bytes())?;
+        if tester.is_writable(pdo.parameters(), sub)? {
+            tester.set(pdo.parameters(), sub, &value.to_le_bytes())?;
         } else if value != 0 {
             return inapplicable(format!("{:04X}h:{sub} cannot be written", pdo.parameters()));
         }
     }
-    let id = match bench.switch_on(&pdo, 255) {
+    let id = match tester.switch_on(&pdo, 255) {
         Ok(id) => id,
-        Err(crate::judge::device::course::Halt::Inapplicable(_)) => bench.switch_on(&pdo, 254)?,
+        Err(crate::judge::device::course::Halt::Inapplicable(_)) => tester.switch_on(&pdo, 254)?,
         Err(halt) => return Err(halt),
     };
-    bench.enter(NmtState::Operational)?;
+    tester.enter(NmtState::Operational)?;
     Ok((pdo, id))
 }
 
-fn y05(bench: &mut Bench) -> Course {
-    let period = bench.supervision();
+fn y05(tester: &mut Tester) -> Course {
+    let period = tester.supervision();
     let ms = u16::try_from(period.as_millis()).unwrap_or(100);
-    let (_, id) = event_driven(bench, ms, 0)?;
-    let margin = period / 10 + bench.wire.latency;
-    bench.collect(period * 2)?;
-    let count = if bench.setup.quick { 6 } else { 11 };
-    let come = bench.come(id, period * count)?;
+    let (_, id) = event_driven(tester, ms, 0)?;
+    let margin = period / 10 + tester.wire.latency;
+    tester.collect(period * 2)?;
+    let count = if tester.setup.quick { 6 } else { 11 };
+    let come = tester.come(id, period * count)?;
     for pair in come.windows(2) {
         if let [one, next] = pair {
             let apart = next.at.saturating_since(one.at);
@@ -336,67 +337,67 @@ fn y05(bench: &mut Bench) -> Course {
 }
 
 /// Changes a mapped entry; false: there is none that can be changed.
-fn change(bench: &mut Bench, pdo: &Pdo) -> Course<bool> {
+fn change(tester: &mut Tester, pdo: &Pdo) -> Course<bool> {
     for (at, _) in pdo.places().unwrap_or_default() {
-        let writable = at.index.0 >= 0x2000 && bench.is_writable(at.index.0, at.sub.0)?;
+        let writable = at.index.0 >= 0x2000 && tester.is_writable(at.index.0, at.sub.0)?;
         if !writable {
             continue;
         }
-        let Ok(mut octets) = bench.upload(at)? else { continue };
+        let Ok(mut octets) = tester.upload(at)? else { continue };
         if let Some(low) = octets.first_mut() {
             *low ^= 1;
         }
-        if bench.try_set(at.index.0, at.sub.0, &octets)?.is_ok() {
+        if tester.try_set(at.index.0, at.sub.0, &octets)?.is_ok() {
             return Ok(true);
         }
     }
     Ok(false)
 }
 
-fn y26(bench: &mut Bench) -> Course {
-    bench.may_move()?;
-    let (pdo, id) = event_driven(bench, 0, 0)?;
-    bench.collect(bench.silence() * 3)?;
-    let before = bench.shown_by_sdo(&pdo)?;
-    let unasked = bench.come(id, Duration::from_millis(300))?.len();
-    if unasked > 0 && before.is_some() && bench.shown_by_sdo(&pdo)? == before {
+fn y26(tester: &mut Tester) -> Course {
+    tester.may_move()?;
+    let (pdo, id) = event_driven(tester, 0, 0)?;
+    tester.collect(tester.silence() * 3)?;
+    let before = tester.shown_by_sdo(&pdo)?;
+    let unasked = tester.come(id, Duration::from_millis(300))?.len();
+    if unasked > 0 && before.is_some() && tester.shown_by_sdo(&pdo)? == before {
         return broken(format!("{unasked} TPDOs come without a change"));
     }
-    bench.drain()?;
-    let at = bench.wire.now();
-    if !change(bench, &pdo)? {
+    tester.drain()?;
+    let at = tester.wire.now();
+    if !change(tester, &pdo)? {
         return inapplicable("no entry that its TPDO maps can be changed by SDO");
     }
     let _ = at;
-    if bench.find(bench.silence() * 2, |frame| frame.id() == id)?.is_some() {
+    if tester.find(tester.silence() * 2, |frame| frame.id() == id)?.is_some() {
         return Ok(());
     }
     // It may have come before the answer to the write.
-    let sent = bench.wire.last_passed(6).iter().any(|passed| !passed.ours && passed.frame.id() == id);
+    let sent = tester.wire.last_passed(6).iter().any(|passed| !passed.ours && passed.frame.id() == id);
     if sent { Ok(()) } else { broken("no TPDO after a change of an entry that it maps") }
 }
 
-fn y25(bench: &mut Bench) -> Course {
-    bench.may_move()?;
+fn y25(tester: &mut Tester) -> Course {
+    tester.may_move()?;
     // 100 us each.
-    let (pdo, id) = event_driven(bench, 0, 1000)?;
-    bench.collect(Duration::from_millis(200))?;
+    let (pdo, id) = event_driven(tester, 0, 1000)?;
+    tester.collect(Duration::from_millis(200))?;
     let inhibit = Duration::from_millis(100);
     let mut come = Vec::new();
     for _ in 0..6 {
-        let since = bench.wire.now();
-        if !change(bench, &pdo)? {
+        let since = tester.wire.now();
+        if !change(tester, &pdo)? {
             return inapplicable("no entry that its TPDO maps can be changed by SDO");
         }
-        let heard = bench.wire.last_passed(6);
+        let heard = tester.wire.last_passed(6);
         let early =
             heard.iter().filter(|passed| !passed.ours && passed.frame.id() == id && passed.at >= since);
         come.extend(early.map(|passed| passed.at).collect::<Vec<_>>());
-        come.extend(bench.come(id, Duration::from_millis(30))?.into_iter().map(|passed| passed.at));
+        come.extend(tester.come(id, Duration::from_millis(30))?.into_iter().map(|passed| passed.at));
     }
-    come.extend(bench.come(id, inhibit * 2)?.into_iter().map(|passed| passed.at));
+    come.extend(tester.come(id, inhibit * 2)?.into_iter().map(|passed| passed.at));
     come.dedup();
-    let margin = Duration::from_millis(2) + bench.wire.latency;
+    let margin = Duration::from_millis(2) + tester.wire.latency;
     for pair in come.windows(2) {
         if let [one, next] = pair {
             let apart = next.saturating_since(*one);
@@ -415,13 +416,13 @@ fn y25(bench: &mut Bench) -> Course {
     }
 }
 
-fn y13(bench: &mut Bench) -> Course {
-    let (pdo, id) = on(bench, 0)?;
-    let before = bench.shown_by_sdo(&pdo)?;
-    after_sync(bench, id)?;
-    after_sync(bench, id)?;
-    let come = after_sync(bench, id)?.len();
-    let still = bench.shown_by_sdo(&pdo)? == before && before.is_some();
+fn y13(tester: &mut Tester) -> Course {
+    let (pdo, id) = on(tester, 0)?;
+    let before = tester.shown_by_sdo(&pdo)?;
+    after_sync(tester, id)?;
+    after_sync(tester, id)?;
+    let come = after_sync(tester, id)?.len();
+    let still = tester.shown_by_sdo(&pdo)? == before && before.is_some();
     if come > 0 && still {
         broken("type 0: a TPDO comes after each SYNC, and nothing changes")
     } else {
@@ -429,12 +430,12 @@ fn y13(bench: &mut Bench) -> Course {
     }
 }
 
-fn y17(bench: &mut Bench) -> Course {
-    let (_, id) = event_driven(bench, 0, 0)?;
-    bench.enter(NmtState::PreOperational)?;
-    bench.collect(bench.silence() * 3)?;
-    bench.nmt(&[0x01, bench.node().number()])?;
-    let come = bench.come(id, bench.silence() * 2)?.len();
+fn y17(tester: &mut Tester) -> Course {
+    let (_, id) = event_driven(tester, 0, 0)?;
+    tester.enter(NmtState::PreOperational)?;
+    tester.collect(tester.silence() * 3)?;
+    tester.nmt(&[0x01, tester.node().number()])?;
+    let come = tester.come(id, tester.silence() * 2)?.len();
     if come == 1 {
         Ok(())
     } else {

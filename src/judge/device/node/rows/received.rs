@@ -5,12 +5,12 @@ use crate::can_bus::can::{Frame, Id};
 use crate::can_bus::canopen::{Address, NmtState};
 use crate::explain::hex;
 use crate::judge::device::course::{Course, broken, inapplicable};
-use crate::judge::device::node::Bench;
+use crate::judge::device::node::Tester;
 use crate::judge::device::node::pdo::{Pdo, Way};
 use crate::judge::device::row::{By, Group};
 use crate::judge::requirement::Confidence::B;
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "RPDOs",
     rows: &[
         row(
@@ -72,20 +72,20 @@ impl Carrier {
 }
 
 /// In OPERATIONAL, with an RPDO of this type.
-fn carrier(bench: &mut Bench, kind: u8) -> Course<Carrier> {
-    bench.may_move()?;
-    let pdo = bench.a_pdo(Way::Received)?;
-    let Some(held) = bench.shown_by_sdo(&pdo)? else {
+fn carrier(tester: &mut Tester, kind: u8) -> Course<Carrier> {
+    tester.may_move()?;
+    let pdo = tester.a_pdo(Way::Received)?;
+    let Some(held) = tester.shown_by_sdo(&pdo)? else {
         return inapplicable("what its RPDO carries cannot be read");
     };
     let places = pdo.places().unwrap_or_default();
-    let id = match bench.switch_on(&pdo, kind) {
+    let id = match tester.switch_on(&pdo, kind) {
         Err(crate::judge::device::course::Halt::Inapplicable(_)) if kind == 255 => {
-            bench.switch_on(&pdo, 254)?
+            tester.switch_on(&pdo, 254)?
         }
         other => other?,
     };
-    bench.enter(NmtState::Operational)?;
+    tester.enter(NmtState::Operational)?;
     for (at, place) in places.into_iter().filter(|(at, _)| at.index.0 >= 0x2000) {
         for bit in [0x01, 0x02, 0x10] {
             let mut other = held.clone();
@@ -95,10 +95,10 @@ fn carrier(bench: &mut Bench, kind: u8) -> Course<Carrier> {
             // A value that SDO refuses an RPDO cannot write either.
             let value = other.get(place.clone()).unwrap_or_default().to_vec();
             let before = held.get(place.clone()).unwrap_or_default().to_vec();
-            let taken = bench.download(at, &value)?.is_ok();
-            let shown = bench.upload(at)?;
-            let _ = bench.download(at, &before)?;
-            if taken && shown == Ok(value) && bench.upload(at)? == Ok(before) {
+            let taken = tester.download(at, &value)?.is_ok();
+            let shown = tester.upload(at)?;
+            let _ = tester.download(at, &before)?;
+            if taken && shown == Ok(value) && tester.upload(at)? == Ok(before) {
                 return Ok(Carrier { pdo, id, at, place, held, other });
             }
         }
@@ -107,8 +107,8 @@ fn carrier(bench: &mut Bench, kind: u8) -> Course<Carrier> {
 }
 
 /// The entry is this.
-fn is(bench: &mut Bench, carrier: &Carrier, octets: &[u8], when: &str) -> Course {
-    let (got, expected) = (bench.value(carrier.at.index.0, carrier.at.sub.0)?, carrier.of(octets));
+fn is(tester: &mut Tester, carrier: &Carrier, octets: &[u8], when: &str) -> Course {
+    let (got, expected) = (tester.value(carrier.at.index.0, carrier.at.sub.0)?, carrier.of(octets));
     if got == expected {
         return Ok(());
     }
@@ -116,81 +116,81 @@ fn is(bench: &mut Bench, carrier: &Carrier, octets: &[u8], when: &str) -> Course
 }
 
 /// Writes back what was there.
-fn back(bench: &mut Bench, carrier: &Carrier) -> Course {
+fn back(tester: &mut Tester, carrier: &Carrier) -> Course {
     let held = carrier.of(&carrier.held).to_vec();
-    bench.download(carrier.at, &held).map(drop)
+    tester.download(carrier.at, &held).map(drop)
 }
 
-fn y08(bench: &mut Bench) -> Course {
-    let carrier = carrier(bench, 255)?;
-    bench.send(carrier.id, &carrier.other)?;
-    let taken = is(bench, &carrier, &carrier.other, "after an RPDO");
-    bench.send(carrier.id, &carrier.held)?;
-    let held = is(bench, &carrier, &carrier.held, "after a second RPDO");
-    back(bench, &carrier)?;
+fn y08(tester: &mut Tester) -> Course {
+    let carrier = carrier(tester, 255)?;
+    tester.send(carrier.id, &carrier.other)?;
+    let taken = is(tester, &carrier, &carrier.other, "after an RPDO");
+    tester.send(carrier.id, &carrier.held)?;
+    let held = is(tester, &carrier, &carrier.held, "after a second RPDO");
+    back(tester, &carrier)?;
     taken.and(held)
 }
 
-fn y28(bench: &mut Bench) -> Course {
-    let carrier = carrier(bench, 1)?;
-    bench.send(carrier.id, &carrier.other)?;
-    let before = is(bench, &carrier, &carrier.held, "after an RPDO of type 1 and before SYNC");
-    bench.sync()?;
-    let after = is(bench, &carrier, &carrier.other, "after an RPDO of type 1 and SYNC");
-    bench.send(carrier.id, &carrier.held)?;
-    bench.sync()?;
-    back(bench, &carrier)?;
+fn y28(tester: &mut Tester) -> Course {
+    let carrier = carrier(tester, 1)?;
+    tester.send(carrier.id, &carrier.other)?;
+    let before = is(tester, &carrier, &carrier.held, "after an RPDO of type 1 and before SYNC");
+    tester.sync()?;
+    let after = is(tester, &carrier, &carrier.other, "after an RPDO of type 1 and SYNC");
+    tester.send(carrier.id, &carrier.held)?;
+    tester.sync()?;
+    back(tester, &carrier)?;
     before.and(after)
 }
 
-fn y09(bench: &mut Bench) -> Course {
-    let carrier = carrier(bench, 255)?;
-    bench.leaves_errors();
+fn y09(tester: &mut Tester) -> Course {
+    let carrier = carrier(tester, 255)?;
+    tester.leaves_errors();
     let short = carrier.other.get(..carrier.other.len() - 1).unwrap_or_default().to_vec();
-    bench.send(carrier.id, &short)?;
-    bench.collect(bench.silence())?;
-    let held = is(bench, &carrier, &carrier.held, "after an RPDO that is too short");
-    back(bench, &carrier)?;
+    tester.send(carrier.id, &short)?;
+    tester.collect(tester.silence())?;
+    let held = is(tester, &carrier, &carrier.held, "after an RPDO that is too short");
+    back(tester, &carrier)?;
     held
 }
 
-fn y29(bench: &mut Bench) -> Course {
-    let carrier = carrier(bench, 255)?;
+fn y29(tester: &mut Tester) -> Course {
+    let carrier = carrier(tester, 255)?;
     if carrier.pdo.len() > 7 {
         return inapplicable("its RPDO has eight octets");
     }
-    bench.leaves_errors();
+    tester.leaves_errors();
     let long = [carrier.other.clone(), vec![0x55]].concat();
-    bench.send(carrier.id, &long)?;
-    bench.collect(bench.silence())?;
-    let taken = is(bench, &carrier, &carrier.other, "after an RPDO with one octet more");
-    back(bench, &carrier)?;
+    tester.send(carrier.id, &long)?;
+    tester.collect(tester.silence())?;
+    let taken = is(tester, &carrier, &carrier.other, "after an RPDO with one octet more");
+    back(tester, &carrier)?;
     taken
 }
 
-fn y30(bench: &mut Bench) -> Course {
-    let carrier = carrier(bench, 255)?;
-    let wrong = refused_ways(bench, &carrier);
-    bench.enter(NmtState::PreOperational)?;
-    back(bench, &carrier)?;
+fn y30(tester: &mut Tester) -> Course {
+    let carrier = carrier(tester, 255)?;
+    let wrong = refused_ways(tester, &carrier);
+    tester.enter(NmtState::PreOperational)?;
+    back(tester, &carrier)?;
     wrong
 }
 
-fn refused_ways(bench: &mut Bench, carrier: &Carrier) -> Course {
+fn refused_ways(tester: &mut Tester, carrier: &Carrier) -> Course {
     if let Ok(extended) = Id::extended(carrier.id.number())
         && let Ok(frame) = Frame::data(extended, &carrier.other)
     {
-        bench.wire.send(frame)?;
-        is(bench, carrier, &carrier.held, "after a frame with its identifier, of 29 bits,")?;
+        tester.wire.send(frame)?;
+        is(tester, carrier, &carrier.held, "after a frame with its identifier, of 29 bits,")?;
     }
-    bench.request(carrier.id, u8::try_from(carrier.other.len()).unwrap_or(8))?;
-    bench.collect(bench.silence())?;
-    is(bench, carrier, &carrier.held, "after a remote frame with its identifier")?;
-    bench.enter(NmtState::PreOperational)?;
-    bench.send(carrier.id, &carrier.other)?;
-    is(bench, carrier, &carrier.held, "after an RPDO in PRE-OPERATIONAL")?;
-    bench.switch_off(&carrier.pdo)?;
-    bench.enter(NmtState::Operational)?;
-    bench.send(carrier.id, &carrier.other)?;
-    is(bench, carrier, &carrier.held, "after an RPDO whose identifier has bit 31")
+    tester.request(carrier.id, u8::try_from(carrier.other.len()).unwrap_or(8))?;
+    tester.collect(tester.silence())?;
+    is(tester, carrier, &carrier.held, "after a remote frame with its identifier")?;
+    tester.enter(NmtState::PreOperational)?;
+    tester.send(carrier.id, &carrier.other)?;
+    is(tester, carrier, &carrier.held, "after an RPDO in PRE-OPERATIONAL")?;
+    tester.switch_off(&carrier.pdo)?;
+    tester.enter(NmtState::Operational)?;
+    tester.send(carrier.id, &carrier.other)?;
+    is(tester, carrier, &carrier.held, "after an RPDO whose identifier has bit 31")
 }

@@ -5,13 +5,13 @@ use crate::can_bus::can::{Frame, Id};
 use crate::can_bus::canopen::{Abort, Address, cob_id};
 use crate::explain::hex;
 use crate::judge::device::course::{Course, broken, inapplicable};
-use crate::judge::device::node::Bench;
-use crate::judge::device::node::bench::LATE;
+use crate::judge::device::node::Tester;
 use crate::judge::device::node::sdo::{abort_of, address_of, addressed, expedited, refused};
+use crate::judge::device::node::tester::LATE;
 use crate::judge::device::row::{By, Group};
 use crate::judge::requirement::Confidence::{B, C};
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "SDO",
     rows: &[
         row(
@@ -98,15 +98,15 @@ pub(super) const GROUP: Group<Bench> = Group {
 
 const DEVICE_TYPE: Address = Address::new(0x1000, 0);
 
-fn o01(bench: &mut Bench) -> Course {
+fn o01(tester: &mut Tester) -> Course {
     for (index, sub, len) in [(0x1000, 0, 4), (0x1001, 0, 1), (0x1018, 0, 1), (0x1018, 1, 4), (0x1017, 0, 2)]
     {
         let optional = index == 0x1017;
-        if optional && !bench.has(index, sub)? {
+        if optional && !tester.has(index, sub)? {
             continue;
         }
         let at = Address::new(index, sub);
-        let answer = bench.asked(addressed(0x40, at, [0; 4]), &format!("a read of {at}"))?;
+        let answer = tester.asked(addressed(0x40, at, [0; 4]), &format!("a read of {at}"))?;
         if let Some(code) = abort_of(answer) {
             return broken(format!("a read of {at} is refused with {}", refused(code)));
         }
@@ -143,11 +143,11 @@ pub(super) const WRONG_LENGTH: [u32; 4] =
     [Abort::LENGTH.code(), Abort::TOO_LONG.code(), Abort::TOO_SHORT.code(), Abort::UNSUPPORTED_ACCESS.code()];
 
 /// Something that can be written without harm, of at least two octets, and what it holds.
-fn writable(bench: &mut Bench) -> Course<(Address, Vec<u8>)> {
-    bench.may_write()?;
+fn writable(tester: &mut Tester) -> Course<(Address, Vec<u8>)> {
+    tester.may_write()?;
     for index in [0x1017, 0x100C, 0x1006, 0x1014] {
-        if bench.is_writable(index, 0)?
-            && let Ok(octets) = bench.upload(Address::new(index, 0))?
+        if tester.is_writable(index, 0)?
+            && let Ok(octets) = tester.upload(Address::new(index, 0))?
         {
             return Ok((Address::new(index, 0), octets));
         }
@@ -155,75 +155,75 @@ fn writable(bench: &mut Bench) -> Course<(Address, Vec<u8>)> {
     inapplicable("it has none of 1017h, 100Ch, 1006h and 1014h to write to")
 }
 
-fn o02(bench: &mut Bench) -> Course {
-    let (at, octets) = writable(bench)?;
+fn o02(tester: &mut Tester) -> Course {
+    let (at, octets) = writable(tester)?;
     let mut data = [0; 4];
     for (to, octet) in data.iter_mut().zip(&octets) {
         *to = *octet;
     }
-    let answer = bench.asked(addressed(0x22, at, data), &format!("a write of {at} without a size"))?;
+    let answer = tester.asked(addressed(0x22, at, data), &format!("a write of {at} without a size"))?;
     if let Some(code) = abort_of(answer) {
         return broken(format!("a write of {at} without a size is refused with {}", refused(code)));
     }
-    unchanged(bench, at, &octets, "a write of the value it holds, without a size")
+    unchanged(tester, at, &octets, "a write of the value it holds, without a size")
 }
 
 /// An entry holds what it held.
-pub(super) fn unchanged(bench: &mut Bench, at: Address, before: &[u8], what: &str) -> Course {
-    match bench.upload(at)? {
+pub(super) fn unchanged(tester: &mut Tester, at: Address, before: &[u8], what: &str) -> Course {
+    match tester.upload(at)? {
         Ok(octets) if octets == before => Ok(()),
         Ok(octets) => broken(format!("after {what} {at} is {}, it was {}", hex(&octets), hex(before))),
         Err(code) => broken(format!("after {what} a read of {at} is refused with {}", refused(code))),
     }
 }
 
-fn o03(bench: &mut Bench) -> Course {
+fn o03(tester: &mut Tester) -> Course {
     for index in [0x0FFF, 0x1FFF, 0x9999, 0xFFFF] {
-        if bench.has(index, 0)? && bench.setup.eds.is_some() {
+        if tester.has(index, 0)? && tester.setup.eds.is_some() {
             continue;
         }
-        let got = bench.upload(Address::new(index, 0))?.map(drop);
-        bench.must_refuse(
+        let got = tester.upload(Address::new(index, 0))?.map(drop);
+        tester.must_refuse(
             got,
             &[Abort::NO_OBJECT.code()],
             &format!("a read of {index:04X}h, which is not there,"),
         )?;
     }
-    let got = bench.upload(Address::new(0x1018, 0x40))?.map(drop);
-    bench.must_refuse(got, &[Abort::NO_SUB.code()], "a read of 1018h:40, which is not there,")
+    let got = tester.upload(Address::new(0x1018, 0x40))?.map(drop);
+    tester.must_refuse(got, &[Abort::NO_SUB.code()], "a read of 1018h:40, which is not there,")
 }
 
-fn o04(bench: &mut Bench) -> Course {
-    bench.may_write()?;
-    let before = bench.value(0x1000, 0)?;
+fn o04(tester: &mut Tester) -> Course {
+    tester.may_write()?;
+    let before = tester.value(0x1000, 0)?;
     let mut other = before.clone();
     other.iter_mut().for_each(|octet| *octet = !*octet);
-    let got = bench.download(DEVICE_TYPE, &other)?;
-    bench.must_refuse(got, &[Abort::READ_ONLY.code()], "a write of 1000h")?;
-    unchanged(bench, DEVICE_TYPE, &before, "a write that was refused")
+    let got = tester.download(DEVICE_TYPE, &other)?;
+    tester.must_refuse(got, &[Abort::READ_ONLY.code()], "a write of 1000h")?;
+    unchanged(tester, DEVICE_TYPE, &before, "a write that was refused")
 }
 
-fn o05(bench: &mut Bench) -> Course {
-    let (at, before) = writable(bench)?;
+fn o05(tester: &mut Tester) -> Course {
+    let (at, before) = writable(tester)?;
     let long = [before.clone(), vec![0; 2]].concat();
     let short = before.get(1..).unwrap_or_default().to_vec();
     for octets in [long, short] {
         let what = format!("a write of {} octets to {at}, which has {},", octets.len(), before.len());
-        let got = bench.download(at, &octets)?;
-        bench.must_refuse(got, &WRONG_LENGTH, &what)?;
-        unchanged(bench, at, &before, &what)?;
+        let got = tester.download(at, &octets)?;
+        tester.must_refuse(got, &WRONG_LENGTH, &what)?;
+        unchanged(tester, at, &before, &what)?;
     }
     Ok(())
 }
 
-fn o07(bench: &mut Bench) -> Course {
+fn o07(tester: &mut Tester) -> Course {
     let requests = [
         (addressed(0xE0, DEVICE_TYPE, [0; 4]), "an unknown command (E0h)"),
         ([0x60, 0, 0, 0, 0, 0, 0, 0], "a segment request without a transfer"),
         ([0x00, 0, 0, 0, 0, 0, 0, 0], "a segment without a transfer"),
     ];
     for (request, what) in requests {
-        let answer = bench.asked(request, what)?;
+        let answer = tester.asked(request, what)?;
         if abort_of(answer).is_none() {
             return broken(format!("{what} is answered with {}, expected an abort", hex(&answer)));
         }
@@ -231,58 +231,58 @@ fn o07(bench: &mut Bench) -> Course {
     Ok(())
 }
 
-fn o10(bench: &mut Bench) -> Course {
+fn o10(tester: &mut Tester) -> Course {
     let abort = addressed(0x80, DEVICE_TYPE, Abort::GENERAL.code().to_le_bytes());
-    bench.drain()?;
-    bench.send(bench.id(cob_id::SDO_CLIENT), &abort)?;
-    bench.silent_on(bench.id(cob_id::SDO_SERVER), "the client aborts without a transfer")?;
-    if let Some(at) = super::segments::long_one(bench)? {
-        super::segments::begin(bench, at)?;
-        bench
-            .send(bench.id(cob_id::SDO_CLIENT), &addressed(0x80, at, Abort::GENERAL.code().to_le_bytes()))?;
-        bench.silent_on(bench.id(cob_id::SDO_SERVER), "the client aborts a transfer")?;
-        let answer = bench.asked([0x60, 0, 0, 0, 0, 0, 0, 0], "a segment request after an abort")?;
+    tester.drain()?;
+    tester.send(tester.id(cob_id::SDO_CLIENT), &abort)?;
+    tester.silent_on(tester.id(cob_id::SDO_SERVER), "the client aborts without a transfer")?;
+    if let Some(at) = super::segments::long_one(tester)? {
+        super::segments::begin(tester, at)?;
+        tester
+            .send(tester.id(cob_id::SDO_CLIENT), &addressed(0x80, at, Abort::GENERAL.code().to_le_bytes()))?;
+        tester.silent_on(tester.id(cob_id::SDO_SERVER), "the client aborts a transfer")?;
+        let answer = tester.asked([0x60, 0, 0, 0, 0, 0, 0, 0], "a segment request after an abort")?;
         if abort_of(answer).is_none() {
             return broken(format!("a transfer of {at} goes on after the client has aborted it"));
         }
     }
-    bench.value(0x1000, 0).map(drop)
+    tester.value(0x1000, 0).map(drop)
 }
 
-fn o12(bench: &mut Bench) -> Course {
-    let (client, server) = (bench.id(cob_id::SDO_CLIENT), bench.id(cob_id::SDO_SERVER));
+fn o12(tester: &mut Tester) -> Course {
+    let (client, server) = (tester.id(cob_id::SDO_CLIENT), tester.id(cob_id::SDO_SERVER));
     let read = addressed(0x40, DEVICE_TYPE, [0; 4]);
-    bench.drain()?;
-    let step = if bench.setup.quick { 7 } else { 1 };
+    tester.drain()?;
+    let step = if tester.setup.quick { 7 } else { 1 };
     for len in (0..8).step_by(step) {
-        bench.send(client, read.get(..len).unwrap_or_default())?;
-        bench.silent_on(server, &format!("an SDO request of {len} octets is sent"))?;
+        tester.send(client, read.get(..len).unwrap_or_default())?;
+        tester.silent_on(server, &format!("an SDO request of {len} octets is sent"))?;
     }
-    bench.request(client, 8)?;
-    bench.silent_on(server, "a remote frame with the identifier of the SDO is sent")?;
+    tester.request(client, 8)?;
+    tester.silent_on(server, "a remote frame with the identifier of the SDO is sent")?;
     if let Ok(extended) = Id::extended(client.number())
         && let Ok(frame) = Frame::data(extended, &read)
     {
-        bench.wire.send(frame)?;
-        bench.silent_on(server, "an SDO request with an identifier of 29 bits is sent")?;
+        tester.wire.send(frame)?;
+        tester.silent_on(server, "an SDO request with an identifier of 29 bits is sent")?;
     }
-    bench.value(0x1000, 0).map(drop)
+    tester.value(0x1000, 0).map(drop)
 }
 
-fn o14(bench: &mut Bench) -> Course {
-    bench.drain()?;
-    let other = bench.other();
-    bench.send(cob_id::of_node(cob_id::SDO_CLIENT, other), &addressed(0x40, DEVICE_TYPE, [0; 4]))?;
-    bench.silent_on(bench.id(cob_id::SDO_SERVER), &format!("node {other} is asked"))?;
-    bench.silent_on(
+fn o14(tester: &mut Tester) -> Course {
+    tester.drain()?;
+    let other = tester.other();
+    tester.send(cob_id::of_node(cob_id::SDO_CLIENT, other), &addressed(0x40, DEVICE_TYPE, [0; 4]))?;
+    tester.silent_on(tester.id(cob_id::SDO_SERVER), &format!("node {other} is asked"))?;
+    tester.silent_on(
         cob_id::of_node(cob_id::SDO_SERVER, other),
         &format!("node {other}, which is not there, is asked"),
     )
 }
 
-fn o20(bench: &mut Bench) -> Course {
-    if bench.longest > LATE {
-        return broken(format!("the longest took {} ms", bench.longest.as_millis()));
+fn o20(tester: &mut Tester) -> Course {
+    if tester.longest > LATE {
+        return broken(format!("the longest took {} ms", tester.longest.as_millis()));
     }
     Ok(())
 }

@@ -8,12 +8,12 @@ use crate::can_bus::can::Id;
 use crate::can_bus::canopen::cob_id::CobId;
 use crate::can_bus::canopen::{Abort, Address, NmtState, cob_id};
 use crate::judge::device::course::{Course, broken, inapplicable};
-use crate::judge::device::node::Bench;
+use crate::judge::device::node::Tester;
 use crate::judge::device::node::sdo::refused;
 use crate::judge::device::row::{By, Group};
 use crate::judge::requirement::Confidence::B;
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "EMCY, errors",
     rows: &[
         row(
@@ -82,28 +82,28 @@ pub(super) const GROUP: Group<Bench> = Group {
 };
 
 /// Provokes EMCY 8130h by heartbeats that stop, and waits for what comes.
-fn provoke(bench: &mut Bench) -> Course<Id> {
-    bench.may_write()?;
-    if !bench.is_writable(0x1016, 1)? {
+fn provoke(tester: &mut Tester) -> Course<Id> {
+    tester.may_write()?;
+    if !tester.is_writable(0x1016, 1)? {
         return inapplicable("it has no 1016h:1 by which an emergency could be provoked");
     }
-    bench.leaves_errors();
-    let node = bench.other();
-    let consumer = consumer(bench);
-    bench.set(0x1016, 1, &consumer)?;
-    let id = emergency_id(bench)?;
-    bench.send(cob_id::of_node(cob_id::ERROR_CONTROL, node), &[0x05])?;
+    tester.leaves_errors();
+    let node = tester.other();
+    let consumer = consumer(tester);
+    tester.set(0x1016, 1, &consumer)?;
+    let id = emergency_id(tester)?;
+    tester.send(cob_id::of_node(cob_id::ERROR_CONTROL, node), &[0x05])?;
     Ok(id)
 }
 
 /// In which an emergency must have come.
-fn time(bench: &Bench) -> Duration {
-    bench.supervision() * 4 + bench.wire.latency
+fn time(tester: &Tester) -> Duration {
+    tester.supervision() * 4 + tester.wire.latency
 }
 
-fn m01(bench: &mut Bench) -> Course {
-    let id = provoke(bench)?;
-    let heard = bench.find(time(bench), |frame| frame.id() == id)?;
+fn m01(tester: &mut Tester) -> Course {
+    let id = provoke(tester)?;
+    let heard = tester.find(time(tester), |frame| frame.id() == id)?;
     let Some(heard) = heard else { return broken("no emergency") };
     let octets = heard.frame.octets();
     let [low, high, register, ..] = octets else {
@@ -117,15 +117,15 @@ fn m01(bench: &mut Bench) -> Course {
     if code == 0 || code >> 12 != 8 && code >> 12 != 0xF {
         return broken(format!("the code of the emergency is {code:04X}h, expected 8130h"));
     }
-    let now = bench.number(0x1001, 0)?;
+    let now = tester.number(0x1001, 0)?;
     if now != register {
         return broken(format!("the emergency says {register:02X}h for 1001h, which is {now:02X}h"));
     }
-    if bench.has(0x1003, 0)? {
-        if bench.number(0x1003, 0)? == 0 {
+    if tester.has(0x1003, 0)? {
+        if tester.number(0x1003, 0)? == 0 {
             return broken("1003h:0 is 0 after an emergency");
         }
-        let newest = bench.number(0x1003, 1)?;
+        let newest = tester.number(0x1003, 1)?;
         if newest & 0xFFFF != u64::from(code) {
             return broken(format!("1003h:1 is {newest:08X}h after EMCY {code:04X}h"));
         }
@@ -133,33 +133,33 @@ fn m01(bench: &mut Bench) -> Course {
     Ok(())
 }
 
-fn m02(bench: &mut Bench) -> Course {
-    let id = provoke(bench)?;
-    let codes = emergencies(bench, id, time(bench) * if bench.setup.quick { 2 } else { 3 })?;
+fn m02(tester: &mut Tester) -> Course {
+    let id = provoke(tester)?;
+    let codes = emergencies(tester, id, time(tester) * if tester.setup.quick { 2 } else { 3 })?;
     let count = codes.iter().filter(|code| **code != 0).count();
     if count == 1 { Ok(()) } else { broken(format!("{count} emergencies come for one event")) }
 }
 
-fn e08(bench: &mut Bench) -> Course {
-    bench.may_write()?;
-    if !bench.is_writable(0x1014, 0)? {
+fn e08(tester: &mut Tester) -> Course {
+    tester.may_write()?;
+    if !tester.is_writable(0x1014, 0)? {
         return inapplicable("it has no 1014h to write to");
     }
-    let old = CobId(u32::try_from(bench.number(0x1014, 0)?).unwrap_or_default());
+    let old = CobId(u32::try_from(tester.number(0x1014, 0)?).unwrap_or_default());
     let Some(id) = old.active() else { return inapplicable("1014h is switched off") };
-    bench.set(0x1014, 0, &(old.0 | CobId::INVALID).to_le_bytes())?;
-    provoke(bench)?;
-    if bench.find(time(bench), |frame| frame.id() == id)?.is_some() {
+    tester.set(0x1014, 0, &(old.0 | CobId::INVALID).to_le_bytes())?;
+    provoke(tester)?;
+    if tester.find(time(tester), |frame| frame.id() == id)?.is_some() {
         return broken("an emergency comes although 1014h has bit 31");
     }
-    bench.reset()?;
-    bench.forget_written();
-    bench.set(0x1014, 0, &(old.0 | CobId::INVALID).to_le_bytes())?;
+    tester.reset()?;
+    tester.forget_written();
+    tester.set(0x1014, 0, &(old.0 | CobId::INVALID).to_le_bytes())?;
     let moved = 0x0F0_u32;
-    bench.set(0x1014, 0, &moved.to_le_bytes())?;
-    provoke(bench)?;
+    tester.set(0x1014, 0, &moved.to_le_bytes())?;
+    provoke(tester)?;
     let new = Id::base(0x0F0).unwrap_or(id);
-    let heard = bench.find(time(bench), |frame| frame.id() == id || frame.id() == new)?;
+    let heard = tester.find(time(tester), |frame| frame.id() == id || frame.id() == new)?;
     match heard {
         Some(passed) if passed.frame.id() == new => Ok(()),
         Some(passed) => broken(format!("1014h is 0F0h, and the emergency comes as {}", passed.frame)),
@@ -167,34 +167,34 @@ fn e08(bench: &mut Bench) -> Course {
     }
 }
 
-fn m03(bench: &mut Bench) -> Course {
-    bench.may_write()?;
-    if !bench.is_writable(0x1003, 0)? {
+fn m03(tester: &mut Tester) -> Course {
+    tester.may_write()?;
+    if !tester.is_writable(0x1003, 0)? {
         return inapplicable("it has no 1003h:0 to write to");
     }
     let at = Address::new(0x1003, 0);
-    let size = bench.value(0x1003, 0)?.len();
+    let size = tester.value(0x1003, 0)?.len();
     let one: Vec<u8> = [1, 0, 0, 0].into_iter().take(size).collect();
-    let got = bench.download(at, &one)?;
+    let got = tester.download(at, &one)?;
     let codes = [Abort::RANGE.code(), Abort::TOO_HIGH.code(), Abort::GENERAL.code()];
-    bench.must_refuse(got, &codes, "1003h:0 = 1")?;
-    if let Err(code) = bench.download(at, &vec![0; size])? {
+    tester.must_refuse(got, &codes, "1003h:0 = 1")?;
+    if let Err(code) = tester.download(at, &vec![0; size])? {
         return broken(format!("1003h:0 = 0 is refused with {}", refused(code)));
     }
-    let count = bench.number(0x1003, 0)?;
+    let count = tester.number(0x1003, 0)?;
     if count == 0 { Ok(()) } else { broken(format!("1003h:0 is {count} after it was set to 0")) }
 }
 
-fn m04(bench: &mut Bench) -> Course {
-    if !bench.has(0x1003, 1)? {
+fn m04(tester: &mut Tester) -> Course {
+    if !tester.has(0x1003, 1)? {
         return inapplicable("it has no 1003h");
     }
-    let count = bench.number(0x1003, 0)?;
+    let count = tester.number(0x1003, 0)?;
     let Ok(beyond) = u8::try_from(count + 1) else { return inapplicable("1003h is full") };
-    if !bench.has(0x1003, beyond)? {
+    if !tester.has(0x1003, beyond)? {
         return inapplicable("1003h is full");
     }
-    match bench.upload(Address::new(0x1003, beyond))? {
+    match tester.upload(Address::new(0x1003, beyond))? {
         Err(code) if code == Abort::NO_DATA.code() => Ok(()),
         Ok(octets) if octets.iter().all(|octet| *octet == 0) => Ok(()),
         Ok(octets) => broken(format!("1003h:{beyond} is {octets:02X?}, and 1003h:0 is {count}")),
@@ -202,38 +202,38 @@ fn m04(bench: &mut Bench) -> Course {
     }
 }
 
-fn m05(bench: &mut Bench) -> Course {
-    let id = provoke(bench)?;
-    bench.enter(NmtState::Stopped)?;
-    if !emergencies(bench, id, time(bench))?.is_empty() {
+fn m05(tester: &mut Tester) -> Course {
+    let id = provoke(tester)?;
+    tester.enter(NmtState::Stopped)?;
+    if !emergencies(tester, id, time(tester))?.is_empty() {
         return broken("an emergency comes in STOPPED");
     }
-    bench.enter(NmtState::PreOperational)?;
-    if event(&emergencies(bench, id, bench.silence())?).is_some() {
+    tester.enter(NmtState::PreOperational)?;
+    if event(&emergencies(tester, id, tester.silence())?).is_some() {
         return broken("an emergency of STOPPED comes later");
     }
     Ok(())
 }
 
-fn m06(bench: &mut Bench) -> Course {
-    bench.may_write()?;
-    if !bench.is_writable(0x1015, 0)? {
+fn m06(tester: &mut Tester) -> Course {
+    tester.may_write()?;
+    if !tester.is_writable(0x1015, 0)? {
         return inapplicable("it has no 1015h to write to");
     }
     let inhibit = Duration::from_millis(500);
-    bench.set(0x1015, 0, &5000_u16.to_le_bytes())?;
-    let id = provoke(bench)?;
-    let Some(first) = bench.find(time(bench), |frame| frame.id() == id)? else {
+    tester.set(0x1015, 0, &5000_u16.to_le_bytes())?;
+    let id = provoke(tester)?;
+    let Some(first) = tester.find(time(tester), |frame| frame.id() == id)? else {
         return broken("no emergency with 1015h = 5000");
     };
     // The error is gone: that is the second one.
-    let node = bench.other();
-    bench.send(cob_id::of_node(cob_id::ERROR_CONTROL, node), &[0x05])?;
-    match bench.find(inhibit * 2, |frame| frame.id() == id)? {
+    let node = tester.other();
+    tester.send(cob_id::of_node(cob_id::ERROR_CONTROL, node), &[0x05])?;
+    match tester.find(inhibit * 2, |frame| frame.id() == id)? {
         None => inapplicable("no second emergency comes when the heartbeats come back"),
         Some(next) => {
             let apart = next.at.saturating_since(first.at);
-            if apart + Duration::from_millis(2) + bench.wire.latency < inhibit {
+            if apart + Duration::from_millis(2) + tester.wire.latency < inhibit {
                 return broken(format!(
                     "1015h is 500 ms, and emergencies are {} ms apart",
                     apart.as_millis()
@@ -244,11 +244,11 @@ fn m06(bench: &mut Bench) -> Course {
     }
 }
 
-fn b02(bench: &mut Bench) -> Course {
-    bench.drain()?;
-    let heartbeat = bench.id(cob_id::ERROR_CONTROL);
-    let time = Duration::from_millis(if bench.setup.quick { 300 } else { 1000 });
-    for passed in bench.collect(time)? {
+fn b02(tester: &mut Tester) -> Course {
+    tester.drain()?;
+    let heartbeat = tester.id(cob_id::ERROR_CONTROL);
+    let time = Duration::from_millis(if tester.setup.quick { 300 } else { 1000 });
+    for passed in tester.collect(time)? {
         if passed.frame.id() != heartbeat {
             return broken(format!("{} comes, and nobody asked for it", passed.frame));
         }

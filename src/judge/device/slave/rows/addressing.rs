@@ -3,14 +3,14 @@
 use super::{row, softer};
 use crate::judge::device::course::{Course, broken, inapplicable};
 use crate::judge::device::row::{By, Group};
-use crate::judge::device::slave::Bench;
+use crate::judge::device::slave::Tester;
 use crate::judge::device::slave::answer::Answer;
 use crate::judge::device::slave::request::Request;
 use crate::judge::requirement::Confidence::B;
 use crate::profibus::dp::Service;
 use crate::profibus::fdl::{FrameCount, ReplyStatus};
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "Set_Slave_Add",
     rows: &[
         row(
@@ -73,165 +73,165 @@ fn octets(address: u8, ident: u16, locked: bool) -> Vec<u8> {
 }
 
 /// Whether the slave has the service; a slave of which no file says it is asked with an ident number that is wrong.
-fn has(bench: &mut Bench) -> Course<bool> {
-    if let Some(gsd) = &bench.setup.gsd {
+fn has(tester: &mut Tester) -> Course<bool> {
+    if let Some(gsd) = &tester.setup.gsd {
         return Ok(gsd.flags.set_slave_add);
     }
-    let wrong = octets(bench.slave(), !bench.ident, false);
-    let answer = bench.serve(bench.owner(), Service::SetSlaveAdd, &wrong)?;
+    let wrong = octets(tester.slave(), !tester.ident, false);
+    let answer = tester.serve(tester.owner(), Service::SetSlaveAdd, &wrong)?;
     Ok(!answer.is_status(ReplyStatus::NotActivated))
 }
 
-fn must_have(bench: &mut Bench) -> Course {
-    if has(bench)? { Ok(()) } else { inapplicable("the slave has no Set_Slave_Add") }
+fn must_have(tester: &mut Tester) -> Course {
+    if has(tester)? { Ok(()) } else { inapplicable("the slave has no Set_Slave_Add") }
 }
 
 /// The address may be changed.
-fn may_change(bench: &mut Bench) -> Course {
-    must_have(bench)?;
-    if !bench.setup.moves_allowed {
+fn may_change(tester: &mut Tester) -> Course {
+    must_have(tester)?;
+    if !tester.setup.moves_allowed {
         return inapplicable("needs --moves-allowed: the address of the slave is changed, and changed back");
     }
     Ok(())
 }
 
 /// Somebody answers at this address. Where nobody should, no late reply is waited for.
-fn answers_at(bench: &mut Bench, address: u8) -> Course<bool> {
-    let request = Request::of(address, bench.owner(), Service::SlaveDiag, FrameCount::First, &[]);
-    bench.forget_count(bench.owner());
-    let heard = if address == bench.slave() {
-        bench.exchange_octets(request.sa, &request.octets())?.map(|heard| heard.octets)
+fn answers_at(tester: &mut Tester, address: u8) -> Course<bool> {
+    let request = Request::of(address, tester.owner(), Service::SlaveDiag, FrameCount::First, &[]);
+    tester.forget_count(tester.owner());
+    let heard = if address == tester.slave() {
+        tester.exchange_octets(request.sa, &request.octets())?.map(|heard| heard.octets)
     } else {
-        bench.intruder(request.sa, &request.octets())?
+        tester.intruder(request.sa, &request.octets())?
     };
     Ok(heard.is_some_and(|octets| matches!(Answer::of(&octets), Answer::Data(..))))
 }
 
 /// It is where it was, and nowhere else.
-fn has_not_moved(bench: &mut Bench, to: u8, after: &str) -> Course {
-    if to < 126 && to != bench.slave() && answers_at(bench, to)? {
-        bench.move_to(to);
+fn has_not_moved(tester: &mut Tester, to: u8, after: &str) -> Course {
+    if to < 126 && to != tester.slave() && answers_at(tester, to)? {
+        tester.move_to(to);
         return broken(format!("after {after} it answers at address {to}"));
     }
-    if answers_at(bench, bench.slave())? {
+    if answers_at(tester, tester.slave())? {
         return Ok(());
     }
     broken(format!("after {after} it no longer answers at its address"))
 }
 
-fn a02(bench: &mut Bench) -> Course {
-    must_have(bench)?;
-    let (to, ident) = (bench.setup.nobody(), bench.ident);
+fn a02(tester: &mut Tester) -> Course {
+    must_have(tester)?;
+    let (to, ident) = (tester.setup.nobody(), tester.ident);
     for (address, ident, what) in [
         (to, !ident, "a Set_Slave_Add with another ident number"),
         (126, ident, "a Set_Slave_Add to 126"),
         (127, ident, "a Set_Slave_Add to 127"),
     ] {
         let data = octets(address, ident, false);
-        bench.serve(bench.owner(), Service::SetSlaveAdd, &data)?;
-        has_not_moved(bench, address, what)?;
+        tester.serve(tester.owner(), Service::SetSlaveAdd, &data)?;
+        has_not_moved(tester, address, what)?;
     }
-    bench.must_start()?;
+    tester.must_start()?;
     let data = octets(to, ident, false);
-    bench.serve(bench.owner(), Service::SetSlaveAdd, &data)?;
-    has_not_moved(bench, to, "a Set_Slave_Add in data exchange")?;
-    bench.still_exchanges("a Set_Slave_Add")
+    tester.serve(tester.owner(), Service::SetSlaveAdd, &data)?;
+    has_not_moved(tester, to, "a Set_Slave_Add in data exchange")?;
+    tester.still_exchanges("a Set_Slave_Add")
 }
 
 /// From its address to another, and what answers then.
-fn goes(bench: &mut Bench, to: u8, locked: bool) -> Course {
-    let from = bench.slave();
-    let data = octets(to, bench.ident, locked);
-    bench.acknowledged(Service::SetSlaveAdd, &data)?;
-    bench.move_to(to);
-    bench.look_briefly()?;
-    if from != to && answers_at(bench, from)? {
+fn goes(tester: &mut Tester, to: u8, locked: bool) -> Course {
+    let from = tester.slave();
+    let data = octets(to, tester.ident, locked);
+    tester.acknowledged(Service::SetSlaveAdd, &data)?;
+    tester.move_to(to);
+    tester.look_briefly()?;
+    if from != to && answers_at(tester, from)? {
         return broken(format!("it still answers at {from} after Set_Slave_Add to {to}"));
     }
-    let diagnosis = bench.waits_for_prm(&format!("Set_Slave_Add to {to}"))?;
-    if diagnosis.ident() != bench.ident {
+    let diagnosis = tester.waits_for_prm(&format!("Set_Slave_Add to {to}"))?;
+    if diagnosis.ident() != tester.ident {
         return broken(format!("another device answers at {to}"));
     }
     Ok(())
 }
 
 /// There and back.
-fn there_and_back(bench: &mut Bench, to: u8) -> Course {
-    let home = bench.slave();
-    let there = goes(bench, to, false).and_then(|()| bench.must_start()).and_then(|()| bench.release());
-    if bench.slave() != home {
-        goes(bench, home, false)?;
+fn there_and_back(tester: &mut Tester, to: u8) -> Course {
+    let home = tester.slave();
+    let there = goes(tester, to, false).and_then(|()| tester.must_start()).and_then(|()| tester.release());
+    if tester.slave() != home {
+        goes(tester, home, false)?;
     }
     there
 }
 
-fn a01(bench: &mut Bench) -> Course {
-    may_change(bench)?;
-    let to = bench.setup.nobody();
-    there_and_back(bench, to)
+fn a01(tester: &mut Tester) -> Course {
+    may_change(tester)?;
+    let to = tester.setup.nobody();
+    there_and_back(tester, to)
 }
 
-fn a03(bench: &mut Bench) -> Course {
-    may_change(bench)?;
-    if !bench.is_attended() {
+fn a03(tester: &mut Tester) -> Course {
+    may_change(tester)?;
+    if !tester.is_attended() {
         return inapplicable("needs --ask: new-device, which takes No_Add_Chg back");
     }
-    let (home, to) = (bench.slave(), bench.setup.nobody());
-    goes(bench, to, true)?;
-    let data = octets(home, bench.ident, false);
-    bench.serve(bench.owner(), Service::SetSlaveAdd, &data)?;
-    let course = has_not_moved(bench, home, "a Set_Slave_Add behind No_Add_Chg");
-    bench.attend("new-device")?;
-    bench.attend(&format!("set-address {home}"))?;
-    bench.move_to(home);
-    bench.look_briefly()?;
+    let (home, to) = (tester.slave(), tester.setup.nobody());
+    goes(tester, to, true)?;
+    let data = octets(home, tester.ident, false);
+    tester.serve(tester.owner(), Service::SetSlaveAdd, &data)?;
+    let course = has_not_moved(tester, home, "a Set_Slave_Add behind No_Add_Chg");
+    tester.attend("new-device")?;
+    tester.attend(&format!("set-address {home}"))?;
+    tester.move_to(home);
+    tester.look_briefly()?;
     course
 }
 
-fn a04(bench: &mut Bench) -> Course {
-    if bench.setup.gsd.is_none() || has(bench)? {
+fn a04(tester: &mut Tester) -> Course {
+    if tester.setup.gsd.is_none() || has(tester)? {
         return inapplicable("the device file has Set_Slave_Add, or there is none");
     }
-    let data = octets(bench.setup.nobody(), bench.ident, false);
-    let answer = bench.serve(bench.owner(), Service::SetSlaveAdd, &data)?;
+    let data = octets(tester.setup.nobody(), tester.ident, false);
+    let answer = tester.serve(tester.owner(), Service::SetSlaveAdd, &data)?;
     if answer.is_status(ReplyStatus::NotActivated) {
         return Ok(());
     }
     broken(format!("Set_Slave_Add is answered with {}, expected RS", answer.words()))
 }
 
-fn a05(bench: &mut Bench) -> Course {
-    may_change(bench)?;
-    if !bench.is_attended() {
+fn a05(tester: &mut Tester) -> Course {
+    may_change(tester)?;
+    if !tester.is_attended() {
         return inapplicable("needs --ask: power-cycle");
     }
-    let (home, to) = (bench.slave(), bench.setup.nobody());
-    goes(bench, to, false)?;
-    let cycled = bench.attend("power-cycle");
-    bench.pause(core::time::Duration::from_millis(1))?;
+    let (home, to) = (tester.slave(), tester.setup.nobody());
+    goes(tester, to, false)?;
+    let cycled = tester.attend("power-cycle");
+    tester.pause(core::time::Duration::from_millis(1))?;
     let course = match cycled {
-        Ok(_) if answers_at(bench, to)? => Ok(()),
+        Ok(_) if answers_at(tester, to)? => Ok(()),
         Ok(_) => {
-            bench.move_to(home);
+            tester.move_to(home);
             return broken("after a power cycle it does not answer at its new address");
         }
         Err(halt) => Err(halt),
     };
-    goes(bench, home, false)?;
+    goes(tester, home, false)?;
     course
 }
 
 /// Addresses at the ends, and in the middle.
 const SOME: [u8; 5] = [0, 1, 63, 64, 125];
 
-fn a06(bench: &mut Bench) -> Course {
-    may_change(bench)?;
-    let taken = [bench.owner(), bench.other(), bench.slave()];
+fn a06(tester: &mut Tester) -> Course {
+    may_change(tester)?;
+    let taken = [tester.owner(), tester.other(), tester.slave()];
     for to in SOME.into_iter().filter(|to| !taken.contains(to)) {
-        if bench.setup.quick && to > 0 {
+        if tester.setup.quick && to > 0 {
             break;
         }
-        there_and_back(bench, to)?;
+        there_and_back(tester, to)?;
     }
     Ok(())
 }

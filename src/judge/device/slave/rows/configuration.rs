@@ -3,13 +3,13 @@
 use super::{row, softer};
 use crate::judge::device::course::{Course, broken, inapplicable};
 use crate::judge::device::row::{By, Group};
-use crate::judge::device::slave::Bench;
+use crate::judge::device::slave::Tester;
 use crate::judge::device::slave::answer::Answer;
 use crate::judge::requirement::Confidence::{B, C};
 use crate::profibus::dp::{DiagBit, Service};
 use crate::profibus::fdl::ReplyStatus;
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "Chk_Cfg, Get_Cfg",
     rows: &[
         row(
@@ -91,11 +91,11 @@ pub(super) const GROUP: Group<Bench> = Group {
 };
 
 /// A configuration that this slave cannot have, and its name.
-pub(super) fn wrong_ones(bench: &Bench) -> Vec<(&'static str, Vec<u8>)> {
-    let right = bench.cfg.clone();
-    let is_modular = bench.setup.gsd.as_ref().is_some_and(|gsd| gsd.is_modular());
+pub(super) fn wrong_ones(tester: &Tester) -> Vec<(&'static str, Vec<u8>)> {
+    let right = tester.cfg.clone();
+    let is_modular = tester.setup.gsd.as_ref().is_some_and(|gsd| gsd.is_modular());
     let mut wrong = Vec::new();
-    let known: Vec<u8> = bench
+    let known: Vec<u8> = tester
         .setup
         .gsd
         .iter()
@@ -119,8 +119,8 @@ pub(super) fn wrong_ones(bench: &Bench) -> Vec<(&'static str, Vec<u8>)> {
 }
 
 /// Cfg_Fault, and it waits for Set_Prm.
-fn is_fault(bench: &mut Bench, what: &str) -> Course {
-    let diagnosis = bench.diag()?;
+fn is_fault(tester: &mut Tester, what: &str) -> Course {
+    let diagnosis = tester.diag()?;
     if !diagnosis.is(DiagBit::CfgFault) {
         return broken(format!("Cfg_Fault is 0 after {what}: {}", diagnosis.words()));
     }
@@ -130,49 +130,49 @@ fn is_fault(bench: &mut Bench, what: &str) -> Course {
     Ok(())
 }
 
-fn g02(bench: &mut Bench) -> Course {
-    let prm = bench.prm();
-    for (what, cfg) in wrong_ones(bench) {
-        bench.set_prm(&prm)?;
-        bench.acknowledged(Service::ChkCfg, &cfg)?;
-        is_fault(bench, &format!("a Chk_Cfg {what}"))?;
+fn g02(tester: &mut Tester) -> Course {
+    let prm = tester.prm();
+    for (what, cfg) in wrong_ones(tester) {
+        tester.set_prm(&prm)?;
+        tester.acknowledged(Service::ChkCfg, &cfg)?;
+        is_fault(tester, &format!("a Chk_Cfg {what}"))?;
     }
-    bench.must_start()?;
-    if bench.diag()?.is(DiagBit::CfgFault) {
+    tester.must_start()?;
+    if tester.diag()?.is(DiagBit::CfgFault) {
         return broken("Cfg_Fault is 1 after a good Chk_Cfg");
     }
-    bench.release()?;
+    tester.release()?;
     // What an empty one is answered with is open.
-    bench.set_prm(&prm)?;
-    bench.serve(bench.owner(), Service::ChkCfg, &[])?;
-    let diagnosis = bench.diag()?;
+    tester.set_prm(&prm)?;
+    tester.serve(tester.owner(), Service::ChkCfg, &[])?;
+    let diagnosis = tester.diag()?;
     if !diagnosis.is(DiagBit::PrmReq) && !diagnosis.is(DiagBit::StationNotReady) {
         return broken(format!("an empty Chk_Cfg leads to data exchange: {}", diagnosis.words()));
     }
     Ok(())
 }
 
-fn g03(bench: &mut Bench) -> Course {
-    let cfg = bench.cfg.clone();
-    let answer = bench.serve(bench.owner(), Service::ChkCfg, &cfg)?;
+fn g03(tester: &mut Tester) -> Course {
+    let cfg = tester.cfg.clone();
+    let answer = tester.serve(tester.owner(), Service::ChkCfg, &cfg)?;
     if matches!(answer, Answer::Data(..)) {
         return broken(format!("Chk_Cfg is answered with {}, expected RS or SC", answer.words()));
     }
-    let diagnosis = bench.waits_for_prm("a Chk_Cfg without Set_Prm")?;
+    let diagnosis = tester.waits_for_prm("a Chk_Cfg without Set_Prm")?;
     if !diagnosis.is(DiagBit::StationNotReady) {
         return broken(format!("the diagnosis says {}", diagnosis.words()));
     }
     Ok(())
 }
 
-fn g04(bench: &mut Bench) -> Course {
-    let (other, cfg) = (bench.other(), bench.cfg.clone());
+fn g04(tester: &mut Tester) -> Course {
+    let (other, cfg) = (tester.other(), tester.cfg.clone());
     let wrong = [&cfg[..], &[0x7F]].concat();
-    let prm = bench.prm();
-    bench.set_prm(&prm)?;
+    let prm = tester.prm();
+    tester.set_prm(&prm)?;
     for cfg in [&wrong, &cfg] {
-        bench.serve(other, Service::ChkCfg, cfg)?;
-        let diagnosis = bench.diag()?;
+        tester.serve(other, Service::ChkCfg, cfg)?;
+        let diagnosis = tester.diag()?;
         // Cfg_Fault may be left of a row before.
         if diagnosis.is(DiagBit::PrmReq) || !diagnosis.is(DiagBit::StationNotReady) {
             return broken(format!(
@@ -181,30 +181,30 @@ fn g04(bench: &mut Bench) -> Course {
             ));
         }
     }
-    bench.chk_cfg()?;
-    bench.ready()?;
-    bench.exchanged_zeros()?;
-    bench.serve(other, Service::ChkCfg, &wrong)?;
-    bench.still_exchanges("a Chk_Cfg of another master")
+    tester.chk_cfg()?;
+    tester.ready()?;
+    tester.exchanged_zeros()?;
+    tester.serve(other, Service::ChkCfg, &wrong)?;
+    tester.still_exchanges("a Chk_Cfg of another master")
 }
 
-fn g05(bench: &mut Bench) -> Course {
-    bench.start()?;
-    bench.chk_cfg()?;
-    bench.still_exchanges("a good Chk_Cfg in data exchange")?;
-    let Some((what, cfg)) = wrong_ones(bench).into_iter().next() else {
+fn g05(tester: &mut Tester) -> Course {
+    tester.start()?;
+    tester.chk_cfg()?;
+    tester.still_exchanges("a good Chk_Cfg in data exchange")?;
+    let Some((what, cfg)) = wrong_ones(tester).into_iter().next() else {
         return inapplicable("the slave takes every identifier");
     };
-    bench.acknowledged(Service::ChkCfg, &cfg)?;
-    is_fault(bench, &format!("a Chk_Cfg {what} in data exchange"))
+    tester.acknowledged(Service::ChkCfg, &cfg)?;
+    is_fault(tester, &format!("a Chk_Cfg {what} in data exchange"))
 }
 
-fn g08(bench: &mut Bench) -> Course {
-    let expected = bench.cfg.clone();
-    let masters = [bench.owner(), bench.other()];
-    let says = |bench: &mut Bench, state: &str| -> Course {
+fn g08(tester: &mut Tester) -> Course {
+    let expected = tester.cfg.clone();
+    let masters = [tester.owner(), tester.other()];
+    let says = |tester: &mut Tester, state: &str| -> Course {
         for sa in masters {
-            let answer = bench.serve(sa, Service::GetCfg, &[])?;
+            let answer = tester.serve(sa, Service::GetCfg, &[])?;
             if answer != Answer::Data(ReplyStatus::DataLow, expected.clone()) {
                 return broken(format!(
                     "in {state} master {sa} gets {} that are not its configuration",
@@ -214,18 +214,18 @@ fn g08(bench: &mut Bench) -> Course {
         }
         Ok(())
     };
-    says(bench, "WAIT-PRM")?;
-    let prm = bench.prm();
-    bench.set_prm(&prm)?;
-    says(bench, "WAIT-CFG")?;
-    bench.chk_cfg()?;
-    bench.ready()?;
-    bench.exchanged_zeros()?;
-    says(bench, "DATA-EXCH")
+    says(tester, "WAIT-PRM")?;
+    let prm = tester.prm();
+    tester.set_prm(&prm)?;
+    says(tester, "WAIT-CFG")?;
+    tester.chk_cfg()?;
+    tester.ready()?;
+    tester.exchanged_zeros()?;
+    says(tester, "DATA-EXCH")
 }
 
-fn g09(bench: &mut Bench) -> Course {
-    let answer = bench.serve(bench.owner(), Service::GetCfg, &[0x00])?;
+fn g09(tester: &mut Tester) -> Course {
+    let answer = tester.serve(tester.owner(), Service::GetCfg, &[0x00])?;
     if answer.is_status(ReplyStatus::NoResource) {
         return Ok(());
     }

@@ -3,15 +3,15 @@
 use super::{row, softer};
 use crate::judge::device::course::{Course, broken, inapplicable};
 use crate::judge::device::row::{By, Group};
-use crate::judge::device::slave::Bench;
-use crate::judge::device::slave::bench::{
+use crate::judge::device::slave::Tester;
+use crate::judge::device::slave::tester::{
     CLEAR, FREEZE, FREEZE_COMMAND, Prm, SYNC, SYNC_COMMAND, UNFREEZE_COMMAND, UNSYNC_COMMAND,
 };
 use crate::judge::requirement::Confidence::U;
 use crate::profibus::dp::DiagBit;
 use crate::profibus::fdl::Address;
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "Global_Control",
     rows: &[
         row(
@@ -102,89 +102,89 @@ pub(super) const GROUP: Group<Bench> = Group {
     ],
 };
 
-fn s01(bench: &mut Bench) -> Course {
-    bench.may_set_outputs()?;
-    if !bench.offers(SYNC)? {
+fn s01(tester: &mut Tester) -> Course {
+    tester.may_set_outputs()?;
+    if !tester.offers(SYNC)? {
         return inapplicable("the slave has no Sync");
     }
-    let prm = bench.prm().with(SYNC);
-    bench.begin_with(&prm)?;
-    let [a, b, c, d] = [0x11, 0x22, 0x33, 0x44].map(|seed| bench.pattern(seed));
-    bench.exchanged(&a)?;
-    bench.control(SYNC_COMMAND, 0)?;
-    bench.exchanged(&b)?;
-    bench.outputs_are(&a, "after Sync and one more exchange")?;
-    bench.control(SYNC_COMMAND, 0)?;
-    bench.outputs_are(&b, "after the second Sync")?;
-    bench.exchanged(&c)?;
-    bench.outputs_are(&b, "before Unsync")?;
-    bench.control(UNSYNC_COMMAND, 0)?;
-    bench.outputs_are(&c, "after Unsync")?;
-    bench.exchanged(&d)?;
-    bench.outputs_are(&d, "after Unsync and an exchange")
+    let prm = tester.prm().with(SYNC);
+    tester.begin_with(&prm)?;
+    let [a, b, c, d] = [0x11, 0x22, 0x33, 0x44].map(|seed| tester.pattern(seed));
+    tester.exchanged(&a)?;
+    tester.control(SYNC_COMMAND, 0)?;
+    tester.exchanged(&b)?;
+    tester.outputs_are(&a, "after Sync and one more exchange")?;
+    tester.control(SYNC_COMMAND, 0)?;
+    tester.outputs_are(&b, "after the second Sync")?;
+    tester.exchanged(&c)?;
+    tester.outputs_are(&b, "before Unsync")?;
+    tester.control(UNSYNC_COMMAND, 0)?;
+    tester.outputs_are(&c, "after Unsync")?;
+    tester.exchanged(&d)?;
+    tester.outputs_are(&d, "after Unsync and an exchange")
 }
 
 /// What the inputs become by a change, and by nothing.
-fn s02(bench: &mut Bench) -> Course {
-    if !bench.offers(FREEZE)? {
+fn s02(tester: &mut Tester) -> Course {
+    if !tester.offers(FREEZE)? {
         return inapplicable("the slave has no Freeze");
     }
-    if bench.lengths.inputs == 0 {
+    if tester.lengths.inputs == 0 {
         return inapplicable("the slave has no inputs");
     }
-    if bench.setup.mirror {
-        bench.may_set_outputs()?;
-    } else if !bench.is_attended() {
+    if tester.setup.mirror {
+        tester.may_set_outputs()?;
+    } else if !tester.is_attended() {
         return inapplicable("needs a slave whose inputs can be changed: mirror, or --ask set-input");
     }
-    let prm = bench.prm().with(FREEZE);
-    bench.begin_with(&prm)?;
-    let first = inputs_become(bench, 0x11)?;
-    bench.control(FREEZE_COMMAND, 0)?;
-    are(bench, &first, "after Freeze")?;
-    let held = inputs_become(bench, 0x22)?;
+    let prm = tester.prm().with(FREEZE);
+    tester.begin_with(&prm)?;
+    let first = inputs_become(tester, 0x11)?;
+    tester.control(FREEZE_COMMAND, 0)?;
+    are(tester, &first, "after Freeze")?;
+    let held = inputs_become(tester, 0x22)?;
     if held != first {
         return broken("the inputs change after Freeze");
     }
-    bench.control(FREEZE_COMMAND, 0)?;
-    let second = settled(bench)?;
+    tester.control(FREEZE_COMMAND, 0)?;
+    let second = settled(tester)?;
     if second == first {
         return broken("the second Freeze takes no new inputs");
     }
-    inputs_become(bench, 0x33)?;
-    are(bench, &second, "after the second Freeze")?;
-    bench.control(UNFREEZE_COMMAND, 0)?;
-    if settled(bench)? == second {
+    inputs_become(tester, 0x33)?;
+    are(tester, &second, "after the second Freeze")?;
+    tester.control(UNFREEZE_COMMAND, 0)?;
+    if settled(tester)? == second {
         return broken("the inputs do not change after Unfreeze");
     }
     Ok(())
 }
 
 /// The inputs follow this, by their outputs or by hand: what Data_Exchange then says.
-fn inputs_become(bench: &mut Bench, seed: u8) -> Course<Vec<u8>> {
-    if bench.setup.mirror {
-        bench.frozen_outputs = Some(seed);
+fn inputs_become(tester: &mut Tester, seed: u8) -> Course<Vec<u8>> {
+    if tester.setup.mirror {
+        tester.frozen_outputs = Some(seed);
     } else {
-        let inputs = vec![seed; bench.lengths.inputs.into()];
+        let inputs = vec![seed; tester.lengths.inputs.into()];
         let hex: String = inputs.iter().map(|octet| format!("{octet:02X}")).collect();
-        bench.attend(&format!("set-input {hex}"))?;
-        bench.pause(core::time::Duration::from_millis(20))?;
+        tester.attend(&format!("set-input {hex}"))?;
+        tester.pause(core::time::Duration::from_millis(20))?;
     }
-    settled(bench)
+    settled(tester)
 }
 
 /// The inputs after so many exchanges that they have followed.
-fn settled(bench: &mut Bench) -> Course<Vec<u8>> {
-    let outputs = bench.frozen_outputs.map_or_else(|| bench.zeros(), |seed| bench.pattern(seed));
+fn settled(tester: &mut Tester) -> Course<Vec<u8>> {
+    let outputs = tester.frozen_outputs.map_or_else(|| tester.zeros(), |seed| tester.pattern(seed));
     let mut inputs = Vec::new();
     for _ in 0..6 {
-        inputs = bench.exchanged(&outputs)?;
+        inputs = tester.exchanged(&outputs)?;
     }
     Ok(inputs)
 }
 
-fn are(bench: &mut Bench, expected: &[u8], when: &str) -> Course {
-    let inputs = settled(bench)?;
+fn are(tester: &mut Tester, expected: &[u8], when: &str) -> Course {
+    let inputs = settled(tester)?;
     if inputs == expected {
         return Ok(());
     }
@@ -192,90 +192,90 @@ fn are(bench: &mut Bench, expected: &[u8], when: &str) -> Course {
     broken(format!("{when} the inputs are {}, expected {}", hex(&inputs), hex(expected)))
 }
 
-fn s03(bench: &mut Bench) -> Course {
+fn s03(tester: &mut Tester) -> Course {
     let pairs = [
         (SYNC, SYNC_COMMAND, UNSYNC_COMMAND, DiagBit::SyncMode, "Sync"),
         (FREEZE, FREEZE_COMMAND, UNFREEZE_COMMAND, DiagBit::FreezeMode, "Freeze"),
     ];
     let mut tried = false;
     for (bits, on, off, bit, name) in pairs {
-        if !bench.offers(bits)? {
+        if !tester.offers(bits)? {
             continue;
         }
         tried = true;
-        let prm = bench.prm().with(bits);
-        bench.begin_with(&prm)?;
+        let prm = tester.prm().with(bits);
+        tester.begin_with(&prm)?;
         for before in [0, on] {
-            bench.control(before, 0)?;
-            bench.control(on | off, 0)?;
-            if bench.diag()?.is(bit) {
+            tester.control(before, 0)?;
+            tester.control(on | off, 0)?;
+            if tester.diag()?.is(bit) {
                 return broken(format!("{name} is active after {name} and its end in one command"));
             }
         }
-        bench.release()?;
+        tester.release()?;
     }
     if tried { Ok(()) } else { inapplicable("the slave has neither Sync nor Freeze") }
 }
 
-fn s04(bench: &mut Bench) -> Course {
-    bench.may_set_outputs()?;
-    bench.start()?;
-    let (pattern, zeros) = (bench.pattern(0x55), bench.zeros());
-    bench.exchanged(&pattern)?;
-    bench.outputs_are(&pattern, "after an exchange")?;
-    bench.control(CLEAR, 0)?;
-    bench.outputs_are(&zeros, "after Clear_Data")?;
-    bench.still_exchanges("Clear_Data")
+fn s04(tester: &mut Tester) -> Course {
+    tester.may_set_outputs()?;
+    tester.start()?;
+    let (pattern, zeros) = (tester.pattern(0x55), tester.zeros());
+    tester.exchanged(&pattern)?;
+    tester.outputs_are(&pattern, "after an exchange")?;
+    tester.control(CLEAR, 0)?;
+    tester.outputs_are(&zeros, "after Clear_Data")?;
+    tester.still_exchanges("Clear_Data")
 }
 
-fn s05(bench: &mut Bench) -> Course {
-    let effect = bench.effect_of_control()?;
-    let prm = Prm { groups: 0x05, ..bench.prm().with(effect.request_bits()) };
-    bench.begin_with(&prm)?;
-    effect.try_group(bench, 0x01, true, "a group of the slave")?;
-    effect.try_group(bench, 0x04, true, "the other group of the slave")?;
-    effect.try_group(bench, 0x0F, true, "several groups with one of the slave")?;
-    effect.try_group(bench, 0xFA, false, "groups that are not the slave's")?;
-    effect.try_group(bench, 0x00, true, "all groups")
+fn s05(tester: &mut Tester) -> Course {
+    let effect = tester.effect_of_control()?;
+    let prm = Prm { groups: 0x05, ..tester.prm().with(effect.request_bits()) };
+    tester.begin_with(&prm)?;
+    effect.try_group(tester, 0x01, true, "a group of the slave")?;
+    effect.try_group(tester, 0x04, true, "the other group of the slave")?;
+    effect.try_group(tester, 0x0F, true, "several groups with one of the slave")?;
+    effect.try_group(tester, 0xFA, false, "groups that are not the slave's")?;
+    effect.try_group(tester, 0x00, true, "all groups")
 }
 
-fn s06(bench: &mut Bench) -> Course {
-    let effect = bench.effect_of_control()?;
-    let prm = bench.prm().with(effect.request_bits());
-    bench.begin_with(&prm)?;
-    let (other, everybody) = (bench.other(), Address::BROADCAST.number());
-    for da in [everybody, bench.slave()] {
-        effect.must_be(bench, false, "another master", |bench| {
-            bench.control_of(other, da, &[effect.command(), 0])
+fn s06(tester: &mut Tester) -> Course {
+    let effect = tester.effect_of_control()?;
+    let prm = tester.prm().with(effect.request_bits());
+    tester.begin_with(&prm)?;
+    let (other, everybody) = (tester.other(), Address::BROADCAST.number());
+    for da in [everybody, tester.slave()] {
+        effect.must_be(tester, false, "another master", |tester| {
+            tester.control_of(other, da, &[effect.command(), 0])
         })?;
     }
     Ok(())
 }
 
-fn s07(bench: &mut Bench) -> Course {
-    let effect = bench.effect_of_control()?;
+fn s07(tester: &mut Tester) -> Course {
+    let effect = tester.effect_of_control()?;
     if effect.request_bits() == 0 {
         return inapplicable("the slave has neither Sync nor Freeze");
     }
-    let prm = bench.prm().with(effect.request_bits());
-    bench.set_prm(&prm)?;
-    bench.control(effect.command(), 0)?;
-    let diagnosis = bench.diag()?;
-    bench.chk_cfg()?;
-    let ready = bench.ready()?;
+    let prm = tester.prm().with(effect.request_bits());
+    tester.set_prm(&prm)?;
+    tester.control(effect.command(), 0)?;
+    let diagnosis = tester.diag()?;
+    tester.chk_cfg()?;
+    let ready = tester.ready()?;
     for diagnosis in [diagnosis, ready] {
         if diagnosis.is(DiagBit::SyncMode) || diagnosis.is(DiagBit::FreezeMode) {
             return broken(format!("{effect:?} in WAIT-CFG is carried out: {}", diagnosis.words()));
         }
     }
-    bench.still_exchanges("Global_Control in WAIT-CFG")
+    tester.still_exchanges("Global_Control in WAIT-CFG")
 }
 
-fn s08(bench: &mut Bench) -> Course {
-    let effect = bench.effect_of_control()?;
-    let prm = bench.prm().with(effect.request_bits());
-    bench.begin_with(&prm)?;
-    let (owner, everybody, command) = (bench.owner(), Address::BROADCAST.number(), effect.command());
+fn s08(tester: &mut Tester) -> Course {
+    let effect = tester.effect_of_control()?;
+    let prm = tester.prm().with(effect.request_bits());
+    tester.begin_with(&prm)?;
+    let (owner, everybody, command) = (tester.owner(), Address::BROADCAST.number(), effect.command());
     let cases: [(&str, &[u8]); 5] = [
         ("a command with bit 0", &[command | 0x01, 0]),
         ("a command with bit 6", &[command | 0x40, 0]),
@@ -284,43 +284,43 @@ fn s08(bench: &mut Bench) -> Course {
         ("three octets", &[command, 0, 0]),
     ];
     for (what, data) in cases {
-        effect.must_be(bench, false, what, |bench| bench.control_of(owner, everybody, data))?;
+        effect.must_be(tester, false, what, |tester| tester.control_of(owner, everybody, data))?;
     }
     Ok(())
 }
 
-fn s09(bench: &mut Bench) -> Course {
-    let effect = bench.effect_of_control()?;
-    let prm = bench.prm().with(effect.request_bits());
-    bench.begin_with(&prm)?;
-    let (owner, everybody) = (bench.owner(), Address::BROADCAST.number());
-    for (da, what) in [(bench.slave(), "a command to its own address"), (everybody, "a command to 127")] {
-        effect.must_be(bench, true, what, |bench| bench.control_of(owner, da, &[effect.command(), 0]))?;
+fn s09(tester: &mut Tester) -> Course {
+    let effect = tester.effect_of_control()?;
+    let prm = tester.prm().with(effect.request_bits());
+    tester.begin_with(&prm)?;
+    let (owner, everybody) = (tester.owner(), Address::BROADCAST.number());
+    for (da, what) in [(tester.slave(), "a command to its own address"), (everybody, "a command to 127")] {
+        effect.must_be(tester, true, what, |tester| tester.control_of(owner, da, &[effect.command(), 0]))?;
     }
     Ok(())
 }
 
-fn s10(bench: &mut Bench) -> Course {
-    let effect = bench.effect_of_control()?;
+fn s10(tester: &mut Tester) -> Course {
+    let effect = tester.effect_of_control()?;
     if effect.request_bits() == 0 {
         return inapplicable("the slave has neither Sync nor Freeze");
     }
-    bench.start()?;
-    effect.try_group(bench, 0, false, "a slave that was not asked for it in Set_Prm")
+    tester.start()?;
+    effect.try_group(tester, 0, false, "a slave that was not asked for it in Set_Prm")
 }
 
-fn s11(bench: &mut Bench) -> Course {
-    let effect = bench.effect_of_control()?;
+fn s11(tester: &mut Tester) -> Course {
+    let effect = tester.effect_of_control()?;
     if effect.request_bits() == 0 {
         return inapplicable("the slave has neither Sync nor Freeze");
     }
-    let prm = bench.prm().with(effect.request_bits());
-    bench.begin_with(&prm)?;
-    bench.control(effect.command(), 0)?;
-    let unlock = Prm::unlock(bench.ident, bench.setup.user_prm());
-    bench.set_prm(&unlock)?;
-    bench.start_with(&prm)?;
-    let diagnosis = bench.diag()?;
+    let prm = tester.prm().with(effect.request_bits());
+    tester.begin_with(&prm)?;
+    tester.control(effect.command(), 0)?;
+    let unlock = Prm::unlock(tester.ident, tester.setup.user_prm());
+    tester.set_prm(&unlock)?;
+    tester.start_with(&prm)?;
+    let diagnosis = tester.diag()?;
     if diagnosis.is(DiagBit::SyncMode) || diagnosis.is(DiagBit::FreezeMode) {
         return broken(format!("{effect:?} is active after a new start-up: {}", diagnosis.words()));
     }

@@ -3,14 +3,14 @@
 use super::{row, softer};
 use crate::judge::device::course::{Course, broken};
 use crate::judge::device::row::{By, Entry, Group};
-use crate::judge::device::slave::Bench;
+use crate::judge::device::slave::Tester;
 use crate::judge::device::slave::answer::Answer;
 use crate::judge::device::slave::request::Request;
 use crate::judge::requirement::Confidence::{A, B, U};
 use crate::profibus::dp::Service;
 use crate::profibus::fdl::{FrameCount, ReplyStatus};
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "Frame count bit",
     rows: &[
         sure(row(
@@ -99,15 +99,15 @@ pub(super) const GROUP: Group<Bench> = Group {
 };
 
 /// A page of the standard says it.
-const fn sure(entry: Entry<Bench>) -> Entry<Bench> {
+const fn sure(entry: Entry<Tester>) -> Entry<Tester> {
     softer(entry, 1, A)
 }
 
 /// Slave_Diag and Get_Cfg in turn: whose answer is whose shows which request was carried out.
-fn asks(bench: &mut Bench, sa: u8, service: Service, count: FrameCount) -> Course<Request> {
-    let request = Request::of(bench.slave(), sa, service, count, &[]);
-    let answer = bench.must_answer(&request)?;
-    let cfg = bench.cfg.clone();
+fn asks(tester: &mut Tester, sa: u8, service: Service, count: FrameCount) -> Course<Request> {
+    let request = Request::of(tester.slave(), sa, service, count, &[]);
+    let answer = tester.must_answer(&request)?;
+    let cfg = tester.cfg.clone();
     let fits = match (&answer, service) {
         (Answer::Data(_, octets), Service::GetCfg) => *octets == cfg,
         (Answer::Data(_, octets), _) => octets.len() >= 6 && *octets != cfg,
@@ -125,25 +125,25 @@ fn asks(bench: &mut Bench, sa: u8, service: Service, count: FrameCount) -> Cours
     }
 }
 
-fn c01(bench: &mut Bench) -> Course {
+fn c01(tester: &mut Tester) -> Course {
     // Of a master that it has not heard before.
-    let other = bench.other();
-    asks(bench, other, Service::SlaveDiag, FrameCount::First).map(|_| ())
+    let other = tester.other();
+    asks(tester, other, Service::SlaveDiag, FrameCount::First).map(|_| ())
 }
 
-fn c02(bench: &mut Bench) -> Course {
-    let owner = bench.owner();
-    asks(bench, owner, Service::SlaveDiag, FrameCount::First)?;
+fn c02(tester: &mut Tester) -> Course {
+    let owner = tester.owner();
+    asks(tester, owner, Service::SlaveDiag, FrameCount::First)?;
     for _ in 0..4 {
-        asks(bench, owner, Service::GetCfg, FrameCount::Even)?;
-        asks(bench, owner, Service::SlaveDiag, FrameCount::Odd)?;
+        asks(tester, owner, Service::GetCfg, FrameCount::Even)?;
+        asks(tester, owner, Service::SlaveDiag, FrameCount::Odd)?;
     }
     Ok(())
 }
 
 /// Sends a request once more, and says whether the answer is the same.
-fn again(bench: &mut Bench, request: &Request, first: &Answer) -> Course {
-    let answer = bench.must_answer(request)?;
+fn again(tester: &mut Tester, request: &Request, first: &Answer) -> Course {
+    let answer = tester.must_answer(request)?;
     if answer == *first {
         return Ok(());
     }
@@ -155,93 +155,93 @@ fn again(bench: &mut Bench, request: &Request, first: &Answer) -> Course {
     ))
 }
 
-fn c03(bench: &mut Bench) -> Course {
-    bench.start()?;
+fn c03(tester: &mut Tester) -> Course {
+    tester.start()?;
     for _ in 0..3 {
-        let zeros = bench.zeros();
-        let request = bench.request(bench.owner(), Service::DataExchange, &zeros);
+        let zeros = tester.zeros();
+        let request = tester.request(tester.owner(), Service::DataExchange, &zeros);
         for _ in 0..3 {
             // The inputs may be newer: controllers of slaves send what is newest.
-            let answer = bench.must_answer(&request)?;
-            bench.inputs_of(answer)?;
+            let answer = tester.must_answer(&request)?;
+            tester.inputs_of(answer)?;
         }
     }
     Ok(())
 }
 
-fn c04(bench: &mut Bench) -> Course {
+fn c04(tester: &mut Tester) -> Course {
     for _ in 0..2 {
-        let request = bench.request(bench.owner(), Service::SlaveDiag, &[]);
-        let first = bench.must_answer(&request)?;
-        again(bench, &request, &first)?;
-        again(bench, &request, &first)?;
+        let request = tester.request(tester.owner(), Service::SlaveDiag, &[]);
+        let first = tester.must_answer(&request)?;
+        again(tester, &request, &first)?;
+        again(tester, &request, &first)?;
     }
-    if !bench.is_attended() {
+    if !tester.is_attended() {
         return Ok(());
     }
     // An event that is told once.
-    bench.start()?;
-    bench.raise_diagnosis()?;
-    let request = bench.request(bench.owner(), Service::SlaveDiag, &[]);
-    let first = bench.must_answer(&request)?;
-    again(bench, &request, &first)?;
-    bench.drop_diagnosis()
+    tester.start()?;
+    tester.raise_diagnosis()?;
+    let request = tester.request(tester.owner(), Service::SlaveDiag, &[]);
+    let first = tester.must_answer(&request)?;
+    again(tester, &request, &first)?;
+    tester.drop_diagnosis()
 }
 
-fn c05(bench: &mut Bench) -> Course {
-    let prm = bench.prm().octets();
-    let cfg = bench.cfg.clone();
+fn c05(tester: &mut Tester) -> Course {
+    let prm = tester.prm().octets();
+    let cfg = tester.cfg.clone();
     for (service, data) in [(Service::SetPrm, prm), (Service::ChkCfg, cfg)] {
-        let request = bench.request(bench.owner(), service, &data);
-        let first = bench.must_answer(&request)?;
-        again(bench, &request, &first)?;
+        let request = tester.request(tester.owner(), service, &data);
+        let first = tester.must_answer(&request)?;
+        again(tester, &request, &first)?;
     }
-    bench.ready()?;
-    bench.still_exchanges("retries of Set_Prm and Chk_Cfg")
+    tester.ready()?;
+    tester.still_exchanges("retries of Set_Prm and Chk_Cfg")
 }
 
-fn c06(bench: &mut Bench) -> Course {
-    let (owner, other) = (bench.owner(), bench.other());
-    asks(bench, owner, Service::SlaveDiag, FrameCount::First)?;
-    asks(bench, owner, Service::SlaveDiag, FrameCount::Even)?;
-    asks(bench, other, Service::GetCfg, FrameCount::Even)?;
-    asks(bench, owner, Service::SlaveDiag, FrameCount::Even)?;
+fn c06(tester: &mut Tester) -> Course {
+    let (owner, other) = (tester.owner(), tester.other());
+    asks(tester, owner, Service::SlaveDiag, FrameCount::First)?;
+    asks(tester, owner, Service::SlaveDiag, FrameCount::Even)?;
+    asks(tester, other, Service::GetCfg, FrameCount::Even)?;
+    asks(tester, owner, Service::SlaveDiag, FrameCount::Even)?;
     Ok(())
 }
 
-fn c07(bench: &mut Bench) -> Course {
-    let owner = bench.owner();
+fn c07(tester: &mut Tester) -> Course {
+    let owner = tester.owner();
     for service in [Service::SlaveDiag, Service::GetCfg, Service::SlaveDiag] {
-        asks(bench, owner, service, FrameCount::First)?;
+        asks(tester, owner, service, FrameCount::First)?;
     }
     Ok(())
 }
 
-fn c08(bench: &mut Bench) -> Course {
-    let owner = bench.owner();
-    asks(bench, owner, Service::SlaveDiag, FrameCount::First)?;
-    asks(bench, owner, Service::SlaveDiag, FrameCount::Even)?;
-    asks(bench, owner, Service::GetCfg, FrameCount::Even).map(|_| ())
+fn c08(tester: &mut Tester) -> Course {
+    let owner = tester.owner();
+    asks(tester, owner, Service::SlaveDiag, FrameCount::First)?;
+    asks(tester, owner, Service::SlaveDiag, FrameCount::Even)?;
+    asks(tester, owner, Service::GetCfg, FrameCount::Even).map(|_| ())
 }
 
-fn c09(bench: &mut Bench) -> Course {
+fn c09(tester: &mut Tester) -> Course {
     for count in [FrameCount::Even, FrameCount::Odd] {
-        bench.power_cycle()?;
-        let owner = bench.owner();
-        asks(bench, owner, Service::SlaveDiag, count)?;
+        tester.power_cycle()?;
+        let owner = tester.owner();
+        asks(tester, owner, Service::SlaveDiag, count)?;
     }
     Ok(())
 }
 
-fn c10(bench: &mut Bench) -> Course {
-    let owner = bench.owner();
-    asks(bench, owner, Service::SlaveDiag, FrameCount::First)?;
-    let request = asks(bench, owner, Service::SlaveDiag, FrameCount::Even)?;
-    let status = Request::status(bench.slave(), owner);
-    if !bench.must_answer(&status)?.is_status(ReplyStatus::Ok) {
+fn c10(tester: &mut Tester) -> Course {
+    let owner = tester.owner();
+    asks(tester, owner, Service::SlaveDiag, FrameCount::First)?;
+    let request = asks(tester, owner, Service::SlaveDiag, FrameCount::Even)?;
+    let status = Request::status(tester.slave(), owner);
+    if !tester.must_answer(&status)?.is_status(ReplyStatus::Ok) {
         return broken("FDL status is not answered with OK");
     }
-    let answer = bench.must_answer(&request)?;
+    let answer = tester.must_answer(&request)?;
     if matches!(answer, Answer::Data(..)) {
         return Ok(());
     }

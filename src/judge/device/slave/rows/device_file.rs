@@ -4,8 +4,8 @@ use super::{row, softer};
 use crate::gsd::Gsd;
 use crate::judge::device::course::{Course, broken, inapplicable};
 use crate::judge::device::row::{By, Group};
-use crate::judge::device::slave::Bench;
-use crate::judge::device::slave::bench::{
+use crate::judge::device::slave::Tester;
+use crate::judge::device::slave::tester::{
     FREEZE, FREEZE_COMMAND, SYNC, SYNC_COMMAND, UNFREEZE_COMMAND, UNSYNC_COMMAND,
 };
 use crate::judge::device::slave::wire::Sight;
@@ -14,7 +14,7 @@ use crate::profibus::dp::{DiagBit, IoLengths, Service};
 use crate::profibus::fdl::ReplyStatus;
 use core::time::Duration;
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "Device file",
     rows: &[
         row(
@@ -84,27 +84,27 @@ pub(super) const GROUP: Group<Bench> = Group {
     ],
 };
 
-fn file(bench: &Bench) -> Course<Box<Gsd>> {
-    match &bench.setup.gsd {
+fn file(tester: &Tester) -> Course<Box<Gsd>> {
+    match &tester.setup.gsd {
         Some(gsd) => Ok(gsd.clone()),
         None => inapplicable("needs the device file: gsd="),
     }
 }
 
-fn k01(bench: &mut Bench) -> Course {
-    if bench.setup.gsd.is_none() && bench.setup.ident.is_none() {
+fn k01(tester: &mut Tester) -> Course {
+    if tester.setup.gsd.is_none() && tester.setup.ident.is_none() {
         return inapplicable("needs the device file: gsd=");
     }
-    let diagnosis = bench.diag()?;
-    if diagnosis.ident() == bench.ident {
+    let diagnosis = tester.diag()?;
+    if diagnosis.ident() == tester.ident {
         return Ok(());
     }
-    broken(format!("the diagnosis has {:04X}, expected {:04X}", diagnosis.ident(), bench.ident))
+    broken(format!("the diagnosis has {:04X}, expected {:04X}", diagnosis.ident(), tester.ident))
 }
 
-fn k02(bench: &mut Bench) -> Course {
-    let gsd = file(bench)?;
-    let mut rest = &bench.cfg[..];
+fn k02(tester: &mut Tester) -> Course {
+    let gsd = file(tester)?;
+    let mut rest = &tester.cfg[..];
     while !rest.is_empty() {
         let mut ids: Vec<&[u8]> = gsd.modules.iter().map(|module| &module.identifiers[..]).collect();
         ids.push(&[0x00]);
@@ -120,7 +120,7 @@ fn k02(bench: &mut Bench) -> Course {
         };
         rest = rest.get(ids.len()..).unwrap_or_default();
     }
-    let IoLengths { inputs, outputs } = bench.lengths;
+    let IoLengths { inputs, outputs } = tester.lengths;
     let (inputs, outputs) = (u16::from(inputs), u16::from(outputs));
     for (keyword, most, got) in [
         ("Max_Input_Len", gsd.max_input_len, inputs),
@@ -134,30 +134,30 @@ fn k02(bench: &mut Bench) -> Course {
     Ok(())
 }
 
-fn k03(bench: &mut Bench) -> Course {
-    file(bench)?;
-    bench.watched("S-K03", "no diagnosis was read")
+fn k03(tester: &mut Tester) -> Course {
+    file(tester)?;
+    tester.watched("S-K03", "no diagnosis was read")
 }
 
 /// How often it is exchanged.
 const EXCHANGES: u8 = 50;
 
-fn k04(bench: &mut Bench) -> Course {
-    let gsd = file(bench)?;
-    if bench.wire.sight == Sight::Untimed {
+fn k04(tester: &mut Tester) -> Course {
+    let gsd = file(tester)?;
+    if tester.wire.sight == Sight::Untimed {
         return inapplicable("needs a real line or virtual time: no bit times are seen on this link");
     }
-    if !bench.setup.mirror || bench.lengths.inputs == 0 {
+    if !tester.setup.mirror || tester.lengths.inputs == 0 {
         return inapplicable("needs a slave whose inputs follow its outputs: mirror");
     }
-    bench.may_set_outputs()?;
-    bench.start()?;
+    tester.may_set_outputs()?;
+    tester.start()?;
     let interval = Duration::from_micros(100) * u32::from(gsd.min_slave_interval);
     let mut before: Option<u8> = None;
     for seed in 1..=EXCHANGES {
-        let pattern = bench.pattern(seed);
-        let begun = bench.wire.now();
-        let inputs = bench.exchanged(&pattern)?;
+        let pattern = tester.pattern(seed);
+        let begun = tester.wire.now();
+        let inputs = tester.exchanged(&pattern)?;
         // What was sent last time, or this time already.
         let seen = inputs.first().copied();
         if before.is_some_and(|before| ![Some(before), Some(seed)].contains(&seen)) {
@@ -167,14 +167,14 @@ fn k04(bench: &mut Bench) -> Course {
             ));
         }
         before = Some(seed);
-        bench.wire.pass(begun.saturating_add(interval))?;
+        tester.wire.pass(begun.saturating_add(interval))?;
     }
-    let zeros = bench.zeros();
-    bench.exchanged(&zeros).map(|_| ())
+    let zeros = tester.zeros();
+    tester.exchanged(&zeros).map(|_| ())
 }
 
-fn k05(bench: &mut Bench) -> Course {
-    let gsd = file(bench)?;
+fn k05(tester: &mut Tester) -> Course {
+    let gsd = file(tester)?;
     if !gsd.flags.sync && !gsd.flags.freeze {
         return inapplicable("the file has neither Sync_Mode_supp nor Freeze_Mode_supp");
     }
@@ -185,18 +185,18 @@ fn k05(bench: &mut Bench) -> Course {
         if !promised {
             continue;
         }
-        let prm = bench.prm().with(bits);
-        bench.set_prm(&prm)?;
-        let diagnosis = bench.diag()?;
+        let prm = tester.prm().with(bits);
+        tester.set_prm(&prm)?;
+        let diagnosis = tester.diag()?;
         if diagnosis.is(DiagBit::NotSupported) || diagnosis.is(DiagBit::PrmFault) {
             return broken(format!("{keyword} = 1, and the diagnosis says {}", diagnosis.words()));
         }
-        bench.chk_cfg()?;
-        bench.ready()?;
-        bench.exchanged_zeros()?;
+        tester.chk_cfg()?;
+        tester.ready()?;
+        tester.exchanged_zeros()?;
         for (command, expected) in [(on, true), (off, false)] {
-            bench.control(command, 0)?;
-            let diagnosis = bench.diag()?;
+            tester.control(command, 0)?;
+            let diagnosis = tester.diag()?;
             if diagnosis.is(bit) != expected {
                 return broken(format!(
                     "{keyword} = 1, and {} is {} after the command {command:02X}",
@@ -205,63 +205,63 @@ fn k05(bench: &mut Bench) -> Course {
                 ));
             }
         }
-        bench.release()?;
+        tester.release()?;
     }
     Ok(())
 }
 
-fn k06(bench: &mut Bench) -> Course {
-    let gsd = file(bench)?;
+fn k06(tester: &mut Tester) -> Course {
+    let gsd = file(tester)?;
     if !gsd.flags.set_slave_add {
         return inapplicable("the file has no Set_Slave_Add_supp");
     }
-    let [high, low] = (!bench.ident).to_be_bytes();
-    let data = [bench.slave(), high, low, 0];
-    let answer = bench.serve(bench.owner(), Service::SetSlaveAdd, &data)?;
+    let [high, low] = (!tester.ident).to_be_bytes();
+    let data = [tester.slave(), high, low, 0];
+    let answer = tester.serve(tester.owner(), Service::SetSlaveAdd, &data)?;
     if answer.is_status(ReplyStatus::NotActivated) {
         return broken("Set_Slave_Add_supp = 1, and the service is answered with RS");
     }
     Ok(())
 }
 
-fn k07(bench: &mut Bench) -> Course {
-    let gsd = file(bench)?;
-    if bench.wire.sight == Sight::Untimed {
+fn k07(tester: &mut Tester) -> Course {
+    let gsd = file(tester)?;
+    if tester.wire.sight == Sight::Untimed {
         return inapplicable("there is no rate on this link");
     }
-    if gsd.rates.contains(bench.wire.baud) {
+    if gsd.rates.contains(tester.wire.baud) {
         return Ok(());
     }
-    broken(format!("it answers at {}, which the file does not have", bench.wire.baud))
+    broken(format!("it answers at {}, which the file does not have", tester.wire.baud))
 }
 
 /// So many modules are tried one by one.
 const MODULES: usize = 12;
 
-fn k08(bench: &mut Bench) -> Course {
-    let gsd = file(bench)?;
-    if !gsd.is_modular() || !bench.setup.modules.is_empty() {
+fn k08(tester: &mut Tester) -> Course {
+    let gsd = file(tester)?;
+    if !gsd.is_modular() || !tester.setup.modules.is_empty() {
         return inapplicable("the slave has the modules that it has");
     }
     if gsd.flags.fixed_presets || !gsd.slots.is_empty() {
         return inapplicable("a module alone is no configuration of this file");
     }
-    let one = |bench: &mut Bench, place: usize, cfg: &[u8]| -> Course {
+    let one = |tester: &mut Tester, place: usize, cfg: &[u8]| -> Course {
         let user = gsd.default_user_prm(&[place]);
-        let prm = crate::judge::device::slave::bench::Prm::lock(bench.ident, user);
-        bench.set_prm(&prm)?;
-        bench.acknowledged(Service::ChkCfg, cfg)?;
-        bench.ready().map(|_| ())
+        let prm = crate::judge::device::slave::tester::Prm::lock(tester.ident, user);
+        tester.set_prm(&prm)?;
+        tester.acknowledged(Service::ChkCfg, cfg)?;
+        tester.ready().map(|_| ())
     };
     let usable = gsd.modules.iter().enumerate().filter(|(_, module)| !module.safety);
     for (place, module) in usable.take(MODULES) {
         if let Err(crate::judge::device::course::Halt::Broken { why, shown }) =
-            one(bench, place, &module.identifiers)
+            one(tester, place, &module.identifiers)
         {
             let why = format!("module '{}': {why}", module.name);
             return Err(crate::judge::device::course::Halt::Broken { why, shown });
         }
-        bench.release()?;
+        tester.release()?;
     }
     Ok(())
 }

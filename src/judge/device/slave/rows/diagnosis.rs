@@ -3,13 +3,13 @@
 use super::{row, softer};
 use crate::judge::device::course::{Course, broken, inapplicable};
 use crate::judge::device::row::{By, Group};
-use crate::judge::device::slave::Bench;
+use crate::judge::device::slave::Tester;
 use crate::judge::device::slave::answer::{Diagnosis, NO_MASTER};
 use crate::judge::requirement::Confidence::{B, C};
 use crate::profibus::dp::{DiagBit, Service};
 use crate::profibus::fdl::ReplyStatus;
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "Slave_Diag",
     rows: &[
         row(
@@ -94,10 +94,10 @@ pub(super) const GROUP: Group<Bench> = Group {
 /// Octets 1 to 4 after power on.
 const POWER_ON: [u8; 4] = [0x02, 0x05, 0x00, NO_MASTER];
 
-fn d01(bench: &mut Bench) -> Course {
+fn d01(tester: &mut Tester) -> Course {
     let is_right = |diagnosis: &Diagnosis| {
         // A slave may have something to say at once; other rows judge the bits of masters and the fixed one.
-        let [first, second, third, master, ..] = *Bench::head(diagnosis) else { return false };
+        let [first, second, third, master, ..] = *Tester::head(diagnosis) else { return false };
         let of_first = DiagBit::StationNotReady.mask() | DiagBit::CfgFault.mask() | DiagBit::PrmFault.mask();
         let of_second = !(DiagBit::Always1.mask() | DiagBit::Deactivated.mask() | DiagBit::StatDiag.mask());
         let got = [first & of_first, second & of_second, third & !DiagBit::ExtDiagOverflow.mask(), master];
@@ -105,60 +105,60 @@ fn d01(bench: &mut Bench) -> Course {
         let expected = [one, two & of_second];
         got.get(..2) == Some(&expected[..]) && got.get(2..) == Some(&rest[..])
     };
-    let wrong = |bench: &Bench, diagnosis: &Diagnosis| {
+    let wrong = |tester: &Tester, diagnosis: &Diagnosis| {
         broken(format!(
             "the diagnosis is {}, expected 02 05 00 FF {:04X}",
-            crate::explain::hex(Bench::head(diagnosis)),
-            bench.ident
+            crate::explain::hex(Tester::head(diagnosis)),
+            tester.ident
         ))
     };
-    if bench.is_attended() {
-        bench.power_cycle()?;
-        let diagnosis = bench.diag()?;
-        return if is_right(&diagnosis) { Ok(()) } else { wrong(bench, &diagnosis) };
+    if tester.is_attended() {
+        tester.power_cycle()?;
+        let diagnosis = tester.diag()?;
+        return if is_right(&diagnosis) { Ok(()) } else { wrong(tester, &diagnosis) };
     }
     // It may have been started long ago: then what another master has left says nothing.
-    let Some(first) = bench.first.clone() else { return inapplicable("needs --ask: power-cycle") };
+    let Some(first) = tester.first.clone() else { return inapplicable("needs --ask: power-cycle") };
     if is_right(&first) {
         return Ok(());
     }
     let is_fresh = first.is(DiagBit::PrmReq) && !first.is(DiagBit::PrmFault) && !first.is(DiagBit::CfgFault);
     if is_fresh {
-        return wrong(bench, &first);
+        return wrong(tester, &first);
     }
     inapplicable("needs --ask: power-cycle; the slave had been parameterised before")
 }
 
-fn d02(bench: &mut Bench) -> Course {
-    let says = |bench: &mut Bench, state: &str, prm_req: bool, not_ready: bool| -> Course {
-        let diagnosis = bench.diag()?;
+fn d02(tester: &mut Tester) -> Course {
+    let says = |tester: &mut Tester, state: &str, prm_req: bool, not_ready: bool| -> Course {
+        let diagnosis = tester.diag()?;
         let got = (diagnosis.is(DiagBit::PrmReq), diagnosis.is(DiagBit::StationNotReady));
         if got == (prm_req, not_ready) {
             return Ok(());
         }
         broken(format!("in {state} the diagnosis says {}", diagnosis.words()))
     };
-    says(bench, "WAIT-PRM", true, true)?;
-    let prm = bench.prm();
-    bench.set_prm(&prm)?;
-    says(bench, "WAIT-CFG", false, true)?;
-    bench.chk_cfg()?;
-    bench.ready()?;
-    bench.exchanged_zeros()?;
-    says(bench, "DATA-EXCH", false, false)
+    says(tester, "WAIT-PRM", true, true)?;
+    let prm = tester.prm();
+    tester.set_prm(&prm)?;
+    says(tester, "WAIT-CFG", false, true)?;
+    tester.chk_cfg()?;
+    tester.ready()?;
+    tester.exchanged_zeros()?;
+    says(tester, "DATA-EXCH", false, false)
 }
 
 /// The status of the next Data_Exchange, and the inputs.
-fn exchange(bench: &mut Bench) -> Course<(ReplyStatus, Vec<u8>)> {
-    let zeros = bench.zeros();
-    let answer = bench.serve(bench.owner(), Service::DataExchange, &zeros)?;
-    bench.inputs_of(answer)
+fn exchange(tester: &mut Tester) -> Course<(ReplyStatus, Vec<u8>)> {
+    let zeros = tester.zeros();
+    let answer = tester.serve(tester.owner(), Service::DataExchange, &zeros)?;
+    tester.inputs_of(answer)
 }
 
 /// The next Data_Exchange replies are all of this status.
-fn all_are(bench: &mut Bench, expected: ReplyStatus, when: &str) -> Course {
+fn all_are(tester: &mut Tester, expected: ReplyStatus, when: &str) -> Course {
     for _ in 0..3 {
-        let (status, _) = exchange(bench)?;
+        let (status, _) = exchange(tester)?;
         if status != expected {
             let is_high = status == ReplyStatus::DataHigh;
             return broken(format!(
@@ -171,80 +171,80 @@ fn all_are(bench: &mut Bench, expected: ReplyStatus, when: &str) -> Course {
 }
 
 /// In data exchange, with a diagnosis to tell.
-fn with_diagnosis(bench: &mut Bench) -> Course {
-    if !bench.is_attended() {
+fn with_diagnosis(tester: &mut Tester) -> Course {
+    if !tester.is_attended() {
         return inapplicable("needs --ask: set-diag");
     }
-    bench.start()?;
-    bench.diag()?;
-    bench.raise_diagnosis()
+    tester.start()?;
+    tester.diag()?;
+    tester.raise_diagnosis()
 }
 
-fn d03(bench: &mut Bench) -> Course {
-    if bench.lengths.inputs == 0 {
+fn d03(tester: &mut Tester) -> Course {
+    if tester.lengths.inputs == 0 {
         return inapplicable("S-D10 is about slaves without inputs");
     }
-    with_diagnosis(bench)?;
-    let announced = all_are(bench, ReplyStatus::DataHigh, "with a new diagnosis");
-    bench.diag()?;
-    bench.drop_diagnosis()?;
+    with_diagnosis(tester)?;
+    let announced = all_are(tester, ReplyStatus::DataHigh, "with a new diagnosis");
+    tester.diag()?;
+    tester.drop_diagnosis()?;
     announced
 }
 
-fn d04(bench: &mut Bench) -> Course {
-    with_diagnosis(bench)?;
-    let diagnosis = bench.diag_of(bench.other())?;
-    let course = all_are(bench, ReplyStatus::DataHigh, "after another master has read the diagnosis")
+fn d04(tester: &mut Tester) -> Course {
+    with_diagnosis(tester)?;
+    let diagnosis = tester.diag_of(tester.other())?;
+    let course = all_are(tester, ReplyStatus::DataHigh, "after another master has read the diagnosis")
         .and_then(|()| {
-            let diagnosis = bench.diag()?;
+            let diagnosis = tester.diag()?;
             if !diagnosis.is(DiagBit::ExtDiag) {
                 return broken("Ext_Diag is 0 in the diagnosis of a fault");
             }
-            all_are(bench, ReplyStatus::DataLow, "after its master has read the diagnosis")
+            all_are(tester, ReplyStatus::DataLow, "after its master has read the diagnosis")
         });
-    bench.drop_diagnosis()?;
-    bench.diag()?;
+    tester.drop_diagnosis()?;
+    tester.diag()?;
     if !diagnosis.is(DiagBit::ExtDiag) && course.is_ok() {
         return broken("Ext_Diag is 0 for another master");
     }
     course
 }
 
-fn d05(bench: &mut Bench) -> Course {
-    with_diagnosis(bench)?;
-    bench.diag()?;
-    bench.drop_diagnosis()?;
-    all_are(bench, ReplyStatus::DataHigh, "when the fault has gone")?;
-    let diagnosis = bench.diag()?;
+fn d05(tester: &mut Tester) -> Course {
+    with_diagnosis(tester)?;
+    tester.diag()?;
+    tester.drop_diagnosis()?;
+    all_are(tester, ReplyStatus::DataHigh, "when the fault has gone")?;
+    let diagnosis = tester.diag()?;
     if diagnosis.is(DiagBit::ExtDiag) {
         return broken("Ext_Diag is 1 although the fault has gone");
     }
     Ok(())
 }
 
-fn watched(bench: &mut Bench, id: &'static str) -> Course {
-    bench.watched(id, "no diagnosis was read")
+fn watched(tester: &mut Tester, id: &'static str) -> Course {
+    tester.watched(id, "no diagnosis was read")
 }
 
-fn d07(bench: &mut Bench) -> Course {
-    watched(bench, "S-D07")
+fn d07(tester: &mut Tester) -> Course {
+    watched(tester, "S-D07")
 }
 
-fn d08(bench: &mut Bench) -> Course {
-    watched(bench, "S-D08")
+fn d08(tester: &mut Tester) -> Course {
+    watched(tester, "S-D08")
 }
 
-fn d09(bench: &mut Bench) -> Course {
-    watched(bench, "S-D09")
+fn d09(tester: &mut Tester) -> Course {
+    watched(tester, "S-D09")
 }
 
-fn d10(bench: &mut Bench) -> Course {
-    if bench.lengths.inputs > 0 {
+fn d10(tester: &mut Tester) -> Course {
+    if tester.lengths.inputs > 0 {
         return inapplicable("the slave has inputs");
     }
-    with_diagnosis(bench)?;
-    let announced = all_are(bench, ReplyStatus::DataHigh, "with a new diagnosis");
-    bench.diag()?;
-    bench.drop_diagnosis()?;
+    with_diagnosis(tester)?;
+    let announced = all_are(tester, ReplyStatus::DataHigh, "with a new diagnosis");
+    tester.diag()?;
+    tester.drop_diagnosis()?;
     announced
 }

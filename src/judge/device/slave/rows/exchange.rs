@@ -3,13 +3,13 @@
 use super::{row, softer};
 use crate::judge::device::course::{Course, broken, inapplicable};
 use crate::judge::device::row::{By, Group};
-use crate::judge::device::slave::Bench;
+use crate::judge::device::slave::Tester;
 use crate::judge::device::slave::answer::Answer;
 use crate::judge::requirement::Confidence::B;
 use crate::profibus::dp::Service;
 use crate::profibus::fdl::ReplyStatus;
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "Data_Exchange",
     rows: &[
         row(
@@ -75,9 +75,9 @@ pub(super) const GROUP: Group<Bench> = Group {
     ],
 };
 
-fn x02(bench: &mut Bench) -> Course {
-    let right = usize::from(bench.lengths.outputs);
-    let fail_safe = bench.setup.gsd.as_ref().map(|gsd| gsd.flags.fail_safe || gsd.flags.fail_safe_required);
+fn x02(tester: &mut Tester) -> Course {
+    let right = usize::from(tester.lengths.outputs);
+    let fail_safe = tester.setup.gsd.as_ref().map(|gsd| gsd.flags.fail_safe || gsd.flags.fail_safe_required);
     let mut wrong = vec![right + 1];
     if right > 1 {
         wrong.push(right - 1);
@@ -90,92 +90,92 @@ fn x02(bench: &mut Bench) -> Course {
         if len > 244 {
             continue;
         }
-        bench.release()?;
-        bench.must_start()?;
+        tester.release()?;
+        tester.must_start()?;
         let outputs = vec![0; len];
-        bench.serve(bench.owner(), Service::DataExchange, &outputs)?;
-        bench.waits_for_prm(&format!("a Data_Exchange with {len} octets, expected {right},"))?;
+        tester.serve(tester.owner(), Service::DataExchange, &outputs)?;
+        tester.waits_for_prm(&format!("a Data_Exchange with {len} octets, expected {right},"))?;
     }
     Ok(())
 }
 
-fn x03(bench: &mut Bench) -> Course {
-    let Some(gsd) = bench.setup.gsd.as_ref() else {
+fn x03(tester: &mut Tester) -> Course {
+    let Some(gsd) = tester.setup.gsd.as_ref() else {
         return inapplicable("needs the device file: gsd=");
     };
     if !gsd.flags.fail_safe && !gsd.flags.fail_safe_required {
         return inapplicable("the device file has no Fail_Safe");
     }
-    if bench.lengths.outputs == 0 {
+    if tester.lengths.outputs == 0 {
         return inapplicable("the slave has no outputs");
     }
-    bench.start()?;
+    tester.start()?;
     for _ in 0..2 {
-        let answer = bench.serve(bench.owner(), Service::DataExchange, &[])?;
-        bench.inputs_of(answer)?;
+        let answer = tester.serve(tester.owner(), Service::DataExchange, &[])?;
+        tester.inputs_of(answer)?;
     }
-    bench.still_exchanges("Data_Exchange without outputs")
+    tester.still_exchanges("Data_Exchange without outputs")
 }
 
-fn x04(bench: &mut Bench) -> Course {
-    bench.start()?;
-    let zeros = bench.zeros();
-    let answer = bench.serve(bench.other(), Service::DataExchange, &zeros)?;
+fn x04(tester: &mut Tester) -> Course {
+    tester.start()?;
+    let zeros = tester.zeros();
+    let answer = tester.serve(tester.other(), Service::DataExchange, &zeros)?;
     if !answer.is_status(ReplyStatus::NotActivated) {
         return broken(format!(
             "Data_Exchange of another master is answered with {}, expected RS",
             answer.words()
         ));
     }
-    bench.still_exchanges("a Data_Exchange of another master")
+    tester.still_exchanges("a Data_Exchange of another master")
 }
 
-fn x05(bench: &mut Bench) -> Course {
+fn x05(tester: &mut Tester) -> Course {
     for state in ["WAIT-PRM", "WAIT-CFG"] {
-        let zeros = bench.zeros();
-        let answer = bench.serve(bench.owner(), Service::DataExchange, &zeros)?;
+        let zeros = tester.zeros();
+        let answer = tester.serve(tester.owner(), Service::DataExchange, &zeros)?;
         if !answer.is_status(ReplyStatus::NotActivated) {
             return broken(format!(
                 "Data_Exchange in {state} is answered with {}, expected RS",
                 answer.words()
             ));
         }
-        let prm = bench.prm();
-        bench.set_prm(&prm)?;
+        let prm = tester.prm();
+        tester.set_prm(&prm)?;
     }
     Ok(())
 }
 
-fn x06(bench: &mut Bench) -> Course {
-    bench.start()?;
-    let (zeros, inputs) = (bench.zeros(), bench.lengths.inputs);
+fn x06(tester: &mut Tester) -> Course {
+    tester.start()?;
+    let (zeros, inputs) = (tester.zeros(), tester.lengths.inputs);
     for _ in 0..5 {
-        let answer = bench.serve(bench.owner(), Service::DataExchange, &zeros)?;
+        let answer = tester.serve(tester.owner(), Service::DataExchange, &zeros)?;
         if inputs == 0 && answer != Answer::Acknowledged && !answer.is_status(ReplyStatus::DataHigh) {
             return broken(format!("a slave without inputs answers with {}, expected SC", answer.words()));
         }
-        bench.inputs_of(answer)?;
+        tester.inputs_of(answer)?;
     }
     Ok(())
 }
 
-fn x07(bench: &mut Bench) -> Course {
-    let refused = |bench: &mut Bench, data: &[u8], expected: ReplyStatus, what: &str| -> Course {
+fn x07(tester: &mut Tester) -> Course {
+    let refused = |tester: &mut Tester, data: &[u8], expected: ReplyStatus, what: &str| -> Course {
         for service in [Service::RdInp, Service::RdOutp] {
-            let answer = bench.serve(bench.other(), service, data)?;
+            let answer = tester.serve(tester.other(), service, data)?;
             if !answer.is_status(expected) {
                 return broken(format!("{} {what} is answered with {}", service.name(), answer.words()));
             }
         }
         Ok(())
     };
-    refused(bench, &[], ReplyStatus::NotActivated, "in WAIT-PRM")?;
-    bench.start()?;
-    for sa in [bench.owner(), bench.other()] {
+    refused(tester, &[], ReplyStatus::NotActivated, "in WAIT-PRM")?;
+    tester.start()?;
+    for sa in [tester.owner(), tester.other()] {
         for (service, expected) in
-            [(Service::RdInp, bench.lengths.inputs), (Service::RdOutp, bench.lengths.outputs)]
+            [(Service::RdInp, tester.lengths.inputs), (Service::RdOutp, tester.lengths.outputs)]
         {
-            let answer = bench.serve(sa, service, &[])?;
+            let answer = tester.serve(sa, service, &[])?;
             let is_right = match &answer {
                 Answer::Data(ReplyStatus::DataLow, octets) => octets.len() == usize::from(expected),
                 // Without such octets it is open.
@@ -191,46 +191,46 @@ fn x07(bench: &mut Bench) -> Course {
             }
         }
     }
-    refused(bench, &[0x00], ReplyStatus::NoResource, "with an octet of data")?;
-    bench.still_exchanges("RD_Inp and RD_Outp")
+    refused(tester, &[0x00], ReplyStatus::NoResource, "with an octet of data")?;
+    tester.still_exchanges("RD_Inp and RD_Outp")
 }
 
 /// How often the outputs change.
 const CHANGES: u8 = 100;
 
-fn x08(bench: &mut Bench) -> Course {
-    if !bench.setup.mirror {
+fn x08(tester: &mut Tester) -> Course {
+    if !tester.setup.mirror {
         return inapplicable("needs a slave whose inputs follow its outputs: mirror");
     }
-    bench.may_set_outputs()?;
-    if bench.lengths.inputs < 2 {
+    tester.may_set_outputs()?;
+    if tester.lengths.inputs < 2 {
         return inapplicable("the slave has fewer than two octets of inputs");
     }
-    bench.start()?;
-    let mirrored = usize::from(bench.lengths.inputs.min(bench.lengths.outputs));
+    tester.start()?;
+    let mirrored = usize::from(tester.lengths.inputs.min(tester.lengths.outputs));
     for change in 1..=CHANGES {
-        let pattern = bench.pattern(if change % 2 == 0 { 0xAA } else { 0x55 });
-        let inputs = bench.exchanged(&pattern)?;
+        let pattern = tester.pattern(if change % 2 == 0 { 0xAA } else { 0x55 });
+        let inputs = tester.exchanged(&pattern)?;
         let seen = inputs.get(..mirrored).unwrap_or_default();
         if seen.windows(2).any(|two| two.first() != two.last()) {
             return broken(format!("inputs of two exchanges in one reply: {}", crate::explain::hex(&inputs)));
         }
     }
-    let zeros = bench.zeros();
-    bench.exchanged(&zeros).map(|_| ())
+    let zeros = tester.zeros();
+    tester.exchanged(&zeros).map(|_| ())
 }
 
-fn x09(bench: &mut Bench) -> Course {
-    if bench.lengths.outputs != 8 {
+fn x09(tester: &mut Tester) -> Course {
+    if tester.lengths.outputs != 8 {
         return inapplicable("the slave has no eight octets of outputs");
     }
-    bench.start()?;
-    let zeros = bench.zeros();
+    tester.start()?;
+    let zeros = tester.zeros();
     for as_sd3 in [false, true, false] {
-        let mut request = bench.request(bench.owner(), Service::DataExchange, &zeros);
+        let mut request = tester.request(tester.owner(), Service::DataExchange, &zeros);
         request.as_sd3 = as_sd3;
-        let answer = bench.must_answer(&request)?;
-        bench.inputs_of(answer)?;
+        let answer = tester.must_answer(&request)?;
+        tester.inputs_of(answer)?;
     }
     Ok(())
 }

@@ -3,14 +3,14 @@
 use super::{row, softer};
 use crate::judge::device::course::{Course, broken};
 use crate::judge::device::row::{By, Group};
-use crate::judge::device::slave::Bench;
-use crate::judge::device::slave::bench::Prm;
+use crate::judge::device::slave::Tester;
 use crate::judge::device::slave::request::{Request, with_wrong_end, with_wrong_fcs};
+use crate::judge::device::slave::tester::Prm;
 use crate::judge::requirement::Confidence::U;
 use crate::profibus::dp::Service;
 use crate::profibus::fdl::{Address, FrameCount, ReplyStatus};
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "Telegrams and addresses",
     rows: &[
         row(
@@ -84,49 +84,49 @@ pub(super) const GROUP: Group<Bench> = Group {
 };
 
 /// The status request, answered as it must be.
-fn status(bench: &mut Bench, sa: u8, when: &str) -> Course {
-    let request = Request::status(bench.slave(), sa);
-    let answer = bench.must_answer(&request)?;
+fn status(tester: &mut Tester, sa: u8, when: &str) -> Course {
+    let request = Request::status(tester.slave(), sa);
+    let answer = tester.must_answer(&request)?;
     if answer.is_status(ReplyStatus::Ok) {
         return Ok(());
     }
     broken(format!("{when} it is answered with {}, expected OK (FC 00)", answer.words()))
 }
 
-fn f01(bench: &mut Bench) -> Course {
-    let (owner, other) = (bench.owner(), bench.other());
-    status(bench, owner, "in WAIT-PRM")?;
-    let prm = bench.prm();
-    bench.set_prm(&prm)?;
-    status(bench, owner, "in WAIT-CFG")?;
-    bench.chk_cfg()?;
-    bench.ready()?;
-    bench.exchanged_zeros()?;
+fn f01(tester: &mut Tester) -> Course {
+    let (owner, other) = (tester.owner(), tester.other());
+    status(tester, owner, "in WAIT-PRM")?;
+    let prm = tester.prm();
+    tester.set_prm(&prm)?;
+    status(tester, owner, "in WAIT-CFG")?;
+    tester.chk_cfg()?;
+    tester.ready()?;
+    tester.exchanged_zeros()?;
     for sa in [owner, other] {
-        status(bench, sa, "in DATA-EXCH")?;
+        status(tester, sa, "in DATA-EXCH")?;
     }
     Ok(())
 }
 
-fn f02(bench: &mut Bench) -> Course {
-    let (nobody, owner) = (bench.setup.nobody(), bench.owner());
-    let neighbour = bench.slave() ^ 1;
-    let taken = [owner, bench.other(), 126, 127];
+fn f02(tester: &mut Tester) -> Course {
+    let (nobody, owner) = (tester.setup.nobody(), tester.owner());
+    let neighbour = tester.slave() ^ 1;
+    let taken = [owner, tester.other(), 126, 127];
     for da in [nobody, neighbour].into_iter().filter(|da| !taken.contains(da)) {
         let diag = Request::of(da, owner, Service::SlaveDiag, FrameCount::First, &[]);
-        let exchange = Request::of(da, owner, Service::DataExchange, FrameCount::First, &bench.zeros());
+        let exchange = Request::of(da, owner, Service::DataExchange, FrameCount::First, &tester.zeros());
         for request in [Request::status(da, owner), diag, exchange] {
             let what = format!("{} to address {da}", request.name());
-            bench.unanswered(owner, &request.octets(), &what)?;
+            tester.unanswered(owner, &request.octets(), &what)?;
         }
     }
     Ok(())
 }
 
 /// Requests of every format that would do something if they were right: SD1, SD2 and, where it is one, SD3.
-fn three_formats(bench: &mut Bench) -> Vec<(&'static str, Vec<u8>)> {
-    let (slave, owner) = (bench.slave(), bench.owner());
-    let wrong_prm = Prm::lock(!bench.ident, Vec::new());
+fn three_formats(tester: &mut Tester) -> Vec<(&'static str, Vec<u8>)> {
+    let (slave, owner) = (tester.slave(), tester.owner());
+    let wrong_prm = Prm::lock(!tester.ident, Vec::new());
     let prm = Request::of(slave, owner, Service::SetPrm, FrameCount::First, &wrong_prm.octets());
     let mut cfg = Request::of(slave, owner, Service::ChkCfg, FrameCount::First, &[0; 6]);
     cfg.as_sd3 = true;
@@ -137,29 +137,29 @@ fn three_formats(bench: &mut Bench) -> Vec<(&'static str, Vec<u8>)> {
     ]
 }
 
-fn none_is_taken(bench: &mut Bench, what: &str, broken_so: impl Fn(&[u8]) -> Vec<u8>) -> Course {
-    bench.start()?;
-    for (name, octets) in three_formats(bench) {
+fn none_is_taken(tester: &mut Tester, what: &str, broken_so: impl Fn(&[u8]) -> Vec<u8>) -> Course {
+    tester.start()?;
+    for (name, octets) in three_formats(tester) {
         let name = format!("{name} with {what}");
-        bench.unanswered(bench.owner(), &broken_so(&octets), &name)?;
-        bench.wire.recover()?;
+        tester.unanswered(tester.owner(), &broken_so(&octets), &name)?;
+        tester.wire.recover()?;
     }
     // Whether this one is heard S-F07 judges.
-    bench.ask(&Request::status(bench.slave(), bench.owner()))?;
-    bench.still_exchanges(&format!("telegrams with {what}"))
+    tester.ask(&Request::status(tester.slave(), tester.owner()))?;
+    tester.still_exchanges(&format!("telegrams with {what}"))
 }
 
-fn f03(bench: &mut Bench) -> Course {
-    none_is_taken(bench, "a wrong checksum", with_wrong_fcs)
+fn f03(tester: &mut Tester) -> Course {
+    none_is_taken(tester, "a wrong checksum", with_wrong_fcs)
 }
 
-fn f04(bench: &mut Bench) -> Course {
-    none_is_taken(bench, "a wrong end delimiter", with_wrong_end)
+fn f04(tester: &mut Tester) -> Course {
+    none_is_taken(tester, "a wrong end delimiter", with_wrong_end)
 }
 
-fn f05(bench: &mut Bench) -> Course {
-    bench.start()?;
-    let (slave, owner) = (bench.slave(), bench.owner());
+fn f05(tester: &mut Tester) -> Course {
+    tester.start()?;
+    let (slave, owner) = (tester.slave(), tester.owner());
     let good = Request::of(slave, owner, Service::SlaveDiag, FrameCount::First, &[]).octets();
     let with = |place: usize, octet: u8| {
         let mut octets = good.clone();
@@ -182,40 +182,40 @@ fn f05(bench: &mut Bench) -> Course {
         ("LE = 250", both(250)),
         ("a fourth octet that is not 68", with(3, 0x10)),
     ] {
-        bench.unanswered(owner, &octets, &format!("a telegram with {what}"))?;
-        bench.wire.recover()?;
+        tester.unanswered(owner, &octets, &format!("a telegram with {what}"))?;
+        tester.wire.recover()?;
     }
-    bench.ask(&Request::status(slave, owner))?;
-    bench.still_exchanges("telegrams with wrong lengths")
+    tester.ask(&Request::status(slave, owner))?;
+    tester.still_exchanges("telegrams with wrong lengths")
 }
 
-fn f07(bench: &mut Bench) -> Course {
-    let (slave, owner) = (bench.slave(), bench.owner());
+fn f07(tester: &mut Tester) -> Course {
+    let (slave, owner) = (tester.slave(), tester.owner());
     let good = Request::of(slave, owner, Service::SlaveDiag, FrameCount::First, &[]).octets();
     let half = good.get(..good.len() / 2).unwrap_or_default();
     for broken_one in [with_wrong_fcs(&good), half.to_vec()] {
-        bench.unanswered(owner, &broken_one, "a broken telegram")?;
-        bench.wire.recover()?;
-        status(bench, owner, "after a broken telegram")?;
+        tester.unanswered(owner, &broken_one, "a broken telegram")?;
+        tester.wire.recover()?;
+        status(tester, owner, "after a broken telegram")?;
     }
     Ok(())
 }
 
-fn f09(bench: &mut Bench) -> Course {
-    let owner = bench.owner();
+fn f09(tester: &mut Tester) -> Course {
+    let owner = tester.owner();
     for octet in [0x10, 0x68, 0xA2, 0xDC, 0xE5, 0x00, 0xFF] {
-        bench.unanswered(owner, &[octet], &format!("the octet {octet:02X}"))?;
-        bench.wire.recover()?;
-        status(bench, owner, &format!("after the octet {octet:02X}"))?;
+        tester.unanswered(owner, &[octet], &format!("the octet {octet:02X}"))?;
+        tester.wire.recover()?;
+        status(tester, owner, &format!("after the octet {octet:02X}"))?;
     }
     Ok(())
 }
 
-fn f18(bench: &mut Bench) -> Course {
-    let (slave, owner) = (bench.slave(), bench.owner());
+fn f18(tester: &mut Tester) -> Course {
+    let (slave, owner) = (tester.slave(), tester.owner());
     for sa in [slave, Address::BROADCAST.number()] {
         let request = Request::status(slave, sa);
-        bench.unanswered(owner, &request.octets(), &format!("an FDL status request with SA {sa}"))?;
+        tester.unanswered(owner, &request.octets(), &format!("an FDL status request with SA {sa}"))?;
     }
     Ok(())
 }

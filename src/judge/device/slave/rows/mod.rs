@@ -1,6 +1,6 @@
 //! The table of slaves (`docs/reference/dp-v0.md` 13), group by group.
 
-use super::Bench;
+use super::Tester;
 use crate::judge::device::row::{By, Entry, Group};
 use crate::judge::requirement::Confidence;
 
@@ -23,7 +23,7 @@ mod timing;
 mod watchdog;
 
 /// Every group, in the order of the table.
-pub(super) fn groups() -> Vec<Group<Bench>> {
+pub(super) fn groups() -> Vec<Group<Tester>> {
     let groups = [
         start_up::GROUP,
         framing::GROUP,
@@ -51,12 +51,12 @@ const fn row(
     text: &'static str,
     rule: &'static str,
     needs: &'static [&'static str],
-    by: By<Bench>,
-) -> Entry<Bench> {
+    by: By<Tester>,
+) -> Entry<Tester> {
     Entry { id, priority: 1, confidence: Confidence::B, text, rule, needs, by }
 }
 
 /// The same row, expected but not mandatory, as sure as this.
-const fn softer(entry: Entry<Bench>, priority: u8, confidence: Confidence) -> Entry<Bench> {
+const fn softer(entry: Entry<Tester>, priority: u8, confidence: Confidence) -> Entry<Tester> {
     entry.rated(priority, confidence)
 }

@@ -3,15 +3,15 @@
 use super::{row, softer};
 use crate::judge::device::course::{Course, broken, inapplicable};
 use crate::judge::device::row::{By, Group};
-use crate::judge::device::slave::Bench;
+use crate::judge::device::slave::Tester;
 use crate::judge::device::slave::answer::{Answer, NO_MASTER};
-use crate::judge::device::slave::bench::{FREEZE, LOCK, Prm, SYNC, UNLOCK};
+use crate::judge::device::slave::tester::{FREEZE, LOCK, Prm, SYNC, UNLOCK};
 use crate::judge::device::slave::wire::Sight;
 use crate::judge::requirement::Confidence::{A, B, U};
 use crate::profibus::dp::{DiagBit, Service};
 use core::time::Duration;
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "Set_Prm",
     rows: &[
         row(
@@ -158,8 +158,8 @@ pub(super) const GROUP: Group<Bench> = Group {
 };
 
 /// Set_Prm leads to Prm_Fault, and the slave waits for another one.
-pub(super) fn is_fault(bench: &mut Bench, what: &str) -> Course {
-    let diagnosis = bench.waits_for_prm(what)?;
+pub(super) fn is_fault(tester: &mut Tester, what: &str) -> Course {
+    let diagnosis = tester.waits_for_prm(what)?;
     if !diagnosis.is(DiagBit::PrmFault) {
         return broken(format!("Prm_Fault is 0 after {what}: {}", diagnosis.words()));
     }
@@ -169,85 +169,85 @@ pub(super) fn is_fault(bench: &mut Bench, what: &str) -> Course {
     Ok(())
 }
 
-fn p02(bench: &mut Bench) -> Course {
-    let wrong = Prm { ident: !bench.ident, ..bench.prm() };
-    bench.set_prm(&wrong)?;
-    is_fault(bench, "a Set_Prm with another ident number")?;
-    bench.must_start()?;
-    bench.set_prm(&wrong)?;
-    is_fault(bench, "a Set_Prm with another ident number in data exchange")
+fn p02(tester: &mut Tester) -> Course {
+    let wrong = Prm { ident: !tester.ident, ..tester.prm() };
+    tester.set_prm(&wrong)?;
+    is_fault(tester, "a Set_Prm with another ident number")?;
+    tester.must_start()?;
+    tester.set_prm(&wrong)?;
+    is_fault(tester, "a Set_Prm with another ident number in data exchange")
 }
 
-fn p03(bench: &mut Bench) -> Course {
-    let right = bench.prm().octets();
+fn p03(tester: &mut Tester) -> Course {
+    let right = tester.prm().octets();
     let short = right.get(..6).unwrap_or_default().to_vec();
-    bench.acknowledged(Service::SetPrm, &short)?;
-    is_fault(bench, "a Set_Prm of 6 octets")?;
-    let Some(gsd) = bench.setup.gsd.clone() else { return Ok(()) };
+    tester.acknowledged(Service::SetPrm, &short)?;
+    is_fault(tester, "a Set_Prm of 6 octets")?;
+    let Some(gsd) = tester.setup.gsd.clone() else { return Ok(()) };
     let (least, most) = gsd.user_prm_lengths();
-    if least > 0 && !bench.setup.user_prm().is_empty() {
+    if least > 0 && !tester.setup.user_prm().is_empty() {
         let octets = right.get(..7 + usize::from(least) - 1).unwrap_or_default().to_vec();
-        bench.acknowledged(Service::SetPrm, &octets)?;
-        is_fault(bench, &format!("a Set_Prm with {} octets of user parameters", least - 1))?;
+        tester.acknowledged(Service::SetPrm, &octets)?;
+        is_fault(tester, &format!("a Set_Prm with {} octets of user parameters", least - 1))?;
     }
     // Many files that have no parameters are of slaves that take any.
     if most > 0 && most < 237 {
         let mut octets = right;
         octets.resize(7 + usize::from(most) + 1, 0);
-        bench.acknowledged(Service::SetPrm, &octets)?;
-        is_fault(bench, &format!("a Set_Prm with {} octets of user parameters", most + 1))?;
+        tester.acknowledged(Service::SetPrm, &octets)?;
+        is_fault(tester, &format!("a Set_Prm with {} octets of user parameters", most + 1))?;
     }
     Ok(())
 }
 
-fn p04(bench: &mut Bench) -> Course {
-    bench.start()?;
-    let (ident, user) = (bench.ident, bench.setup.user_prm());
+fn p04(tester: &mut Tester) -> Course {
+    tester.start()?;
+    let (ident, user) = (tester.ident, tester.setup.user_prm());
     let none = Prm { status: 0, ..Prm::lock(ident, user.clone()) };
-    bench.set_prm(&none)?;
-    bench.still_exchanges("a Set_Prm with neither Lock nor Unlock")?;
+    tester.set_prm(&none)?;
+    tester.still_exchanges("a Set_Prm with neither Lock nor Unlock")?;
     for bits in [UNLOCK, LOCK | UNLOCK] {
         let prm = Prm { status: bits, ..Prm::unlock(ident, user.clone()) };
-        bench.set_prm(&prm)?;
-        let diagnosis = bench.waits_for_prm(&format!("a Set_Prm with Station_Status {bits:02X}"))?;
+        tester.set_prm(&prm)?;
+        let diagnosis = tester.waits_for_prm(&format!("a Set_Prm with Station_Status {bits:02X}"))?;
         if diagnosis.master() != NO_MASTER {
             return broken(format!("Master_Add is {} after Unlock, expected 255", diagnosis.master()));
         }
         if bits == UNLOCK {
-            bench.must_start()?;
+            tester.must_start()?;
         }
     }
     Ok(())
 }
 
-fn p05(bench: &mut Bench) -> Course {
-    bench.start()?;
-    let prm = Prm { status: 0, ident: !bench.ident, user: Vec::new(), ..bench.prm() };
-    bench.set_prm(&prm)?;
-    bench.still_exchanges("a Set_Prm with neither Lock nor Unlock and another ident number")?;
-    let diagnosis = bench.diag()?;
-    if diagnosis.is(DiagBit::PrmFault) || diagnosis.master() != bench.owner() {
+fn p05(tester: &mut Tester) -> Course {
+    tester.start()?;
+    let prm = Prm { status: 0, ident: !tester.ident, user: Vec::new(), ..tester.prm() };
+    tester.set_prm(&prm)?;
+    tester.still_exchanges("a Set_Prm with neither Lock nor Unlock and another ident number")?;
+    let diagnosis = tester.diag()?;
+    if diagnosis.is(DiagBit::PrmFault) || diagnosis.master() != tester.owner() {
         return broken(format!("the diagnosis says {}", diagnosis.words()));
     }
     Ok(())
 }
 
 /// Whether times are seen well enough to tell one min T_SDR from another.
-fn sees_tsdr(bench: &Bench) -> Course {
-    if bench.wire.sight == Sight::Untimed {
+fn sees_tsdr(tester: &Tester) -> Course {
+    if tester.wire.sight == Sight::Untimed {
         return inapplicable("needs a real line or virtual time: no bit times are seen on this link");
     }
     Ok(())
 }
 
 /// No reply begins earlier than so many bit times after the request.
-fn not_before(bench: &mut Bench, bits: u16, what: &str) -> Course {
-    let least = bench.wire.baud.bit_times(bits.into());
-    let zeros = bench.zeros();
+fn not_before(tester: &mut Tester, bits: u16, what: &str) -> Course {
+    let least = tester.wire.baud.bit_times(bits.into());
+    let zeros = tester.zeros();
     for _ in 0..3 {
-        let request = bench.request(bench.owner(), Service::DataExchange, &zeros);
-        let heard = bench.exchange_octets(request.sa, &request.octets())?;
-        let Some(heard) = heard else { return bench.silent("Data_Exchange") };
+        let request = tester.request(tester.owner(), Service::DataExchange, &zeros);
+        let heard = tester.exchange_octets(request.sa, &request.octets())?;
+        let Some(heard) = heard else { return tester.silent("Data_Exchange") };
         if heard.after < least {
             return broken(format!(
                 "{what}, a reply begins {} us after its request, expected {} us or more",
@@ -260,50 +260,50 @@ fn not_before(bench: &mut Bench, bits: u16, what: &str) -> Course {
 }
 
 /// A min T_SDR that this slave can be given.
-fn high_tsdr(bench: &Bench) -> u8 {
-    let max = bench.wire.baud.max_tsdr_bits();
-    let of_file = bench.setup.gsd.as_ref().and_then(|gsd| gsd.rates.max_tsdr(bench.wire.baud));
+fn high_tsdr(tester: &Tester) -> u8 {
+    let max = tester.wire.baud.max_tsdr_bits();
+    let of_file = tester.setup.gsd.as_ref().and_then(|gsd| gsd.rates.max_tsdr(tester.wire.baud));
     u8::try_from(of_file.unwrap_or(max).max(12)).unwrap_or(u8::MAX)
 }
 
-fn p06(bench: &mut Bench) -> Course {
-    sees_tsdr(bench)?;
-    let high = high_tsdr(bench);
-    let prm = Prm { min_tsdr: high, ..bench.prm() };
-    bench.begin_with(&prm)?;
-    let prm = Prm { min_tsdr: 0, ..bench.prm() };
-    bench.set_prm(&prm)?;
-    bench.chk_cfg()?;
-    bench.ready()?;
-    not_before(bench, high.into(), &format!("with min T_SDR {high}, then 0"))?;
-    let prm = bench.prm();
-    bench.set_prm(&prm)
+fn p06(tester: &mut Tester) -> Course {
+    sees_tsdr(tester)?;
+    let high = high_tsdr(tester);
+    let prm = Prm { min_tsdr: high, ..tester.prm() };
+    tester.begin_with(&prm)?;
+    let prm = Prm { min_tsdr: 0, ..tester.prm() };
+    tester.set_prm(&prm)?;
+    tester.chk_cfg()?;
+    tester.ready()?;
+    not_before(tester, high.into(), &format!("with min T_SDR {high}, then 0"))?;
+    let prm = tester.prm();
+    tester.set_prm(&prm)
 }
 
-fn p07(bench: &mut Bench) -> Course {
-    sees_tsdr(bench)?;
-    let high = high_tsdr(bench);
+fn p07(tester: &mut Tester) -> Course {
+    sees_tsdr(tester)?;
+    let high = high_tsdr(tester);
     for bits in [11, high.midpoint(11), high] {
-        let prm = Prm { min_tsdr: bits, ..bench.prm() };
-        bench.begin_with(&prm)?;
-        not_before(bench, bits.into(), &format!("with min T_SDR {bits}"))?;
+        let prm = Prm { min_tsdr: bits, ..tester.prm() };
+        tester.begin_with(&prm)?;
+        not_before(tester, bits.into(), &format!("with min T_SDR {bits}"))?;
     }
-    let prm = bench.prm();
-    bench.set_prm(&prm)
+    let prm = tester.prm();
+    tester.set_prm(&prm)
 }
 
-fn p08(bench: &mut Bench) -> Course {
-    bench.start()?;
-    let (owner, other) = (bench.owner(), bench.other());
+fn p08(tester: &mut Tester) -> Course {
+    tester.start()?;
+    let (owner, other) = (tester.owner(), tester.other());
     for prm in [
-        bench.prm(),
-        Prm::unlock(bench.ident, bench.setup.user_prm()),
-        Prm { ident: !bench.ident, ..bench.prm() },
+        tester.prm(),
+        Prm::unlock(tester.ident, tester.setup.user_prm()),
+        Prm { ident: !tester.ident, ..tester.prm() },
     ] {
         // What it is answered with is open; silence is not.
-        bench.serve(other, Service::SetPrm, &prm.octets())?;
-        bench.still_exchanges("a Set_Prm of another master")?;
-        let diagnosis = bench.diag()?;
+        tester.serve(other, Service::SetPrm, &prm.octets())?;
+        tester.still_exchanges("a Set_Prm of another master")?;
+        let diagnosis = tester.diag()?;
         if diagnosis.master() != owner || diagnosis.is(DiagBit::PrmFault) {
             return broken(format!(
                 "after a Set_Prm of master {other}, the diagnosis says {}",
@@ -314,13 +314,13 @@ fn p08(bench: &mut Bench) -> Course {
     Ok(())
 }
 
-fn p09(bench: &mut Bench) -> Course {
-    bench.start()?;
-    let unlock = Prm::unlock(bench.ident, bench.setup.user_prm());
-    bench.set_prm(&unlock)?;
-    let (other, prm) = (bench.other(), bench.prm());
-    let answer = bench.serve(other, Service::SetPrm, &prm.octets())?;
-    let diagnosis = bench.diag_of(other)?;
+fn p09(tester: &mut Tester) -> Course {
+    tester.start()?;
+    let unlock = Prm::unlock(tester.ident, tester.setup.user_prm());
+    tester.set_prm(&unlock)?;
+    let (other, prm) = (tester.other(), tester.prm());
+    let answer = tester.serve(other, Service::SetPrm, &prm.octets())?;
+    let diagnosis = tester.diag_of(other)?;
     if answer != Answer::Acknowledged || diagnosis.master() != other || diagnosis.is(DiagBit::PrmReq) {
         return broken(format!(
             "Set_Prm of master {other} is answered with {}, and the diagnosis says {}",
@@ -331,39 +331,39 @@ fn p09(bench: &mut Bench) -> Course {
     Ok(())
 }
 
-fn p10(bench: &mut Bench) -> Course {
-    let prm = bench.prm();
-    bench.set_prm(&prm)?;
-    bench.set_prm(&prm)?;
-    bench.chk_cfg()?;
-    bench.ready()?;
-    bench.exchanged_zeros()?;
-    bench.set_prm(&prm)?;
-    let diagnosis = bench.diag()?;
+fn p10(tester: &mut Tester) -> Course {
+    let prm = tester.prm();
+    tester.set_prm(&prm)?;
+    tester.set_prm(&prm)?;
+    tester.chk_cfg()?;
+    tester.ready()?;
+    tester.exchanged_zeros()?;
+    tester.set_prm(&prm)?;
+    let diagnosis = tester.diag()?;
     let faults = [DiagBit::PrmReq, DiagBit::PrmFault, DiagBit::CfgFault];
     if faults.iter().any(|bit| diagnosis.is(*bit)) {
         return broken(format!("after a second Set_Prm the diagnosis says {}", diagnosis.words()));
     }
-    bench.chk_cfg()?;
-    bench.ready()?;
-    bench.still_exchanges("a second start-up")
+    tester.chk_cfg()?;
+    tester.ready()?;
+    tester.still_exchanges("a second start-up")
 }
 
-fn p11(bench: &mut Bench) -> Course {
-    let (owner, other, prm) = (bench.owner(), bench.other(), bench.prm());
-    bench.set_prm(&prm)?;
-    bench.serve(other, Service::SetPrm, &prm.octets())?;
-    let diagnosis = bench.diag()?;
+fn p11(tester: &mut Tester) -> Course {
+    let (owner, other, prm) = (tester.owner(), tester.other(), tester.prm());
+    tester.set_prm(&prm)?;
+    tester.serve(other, Service::SetPrm, &prm.octets())?;
+    let diagnosis = tester.diag()?;
     if diagnosis.master() != owner || diagnosis.is(DiagBit::PrmFault) || diagnosis.is(DiagBit::PrmReq) {
         return broken(format!("the diagnosis says {}", diagnosis.words()));
     }
-    bench.chk_cfg()?;
-    bench.ready()?;
-    bench.still_exchanges("Set_Prm of two masters")
+    tester.chk_cfg()?;
+    tester.ready()?;
+    tester.still_exchanges("Set_Prm of two masters")
 }
 
-fn p12(bench: &mut Bench) -> Course {
-    let Some(gsd) = bench.setup.gsd.as_ref() else {
+fn p12(tester: &mut Tester) -> Course {
+    let Some(gsd) = tester.setup.gsd.as_ref() else {
         return inapplicable("needs the device file: gsd=");
     };
     let (sync, freeze) = (gsd.flags.sync, gsd.flags.freeze);
@@ -374,71 +374,71 @@ fn p12(bench: &mut Bench) -> Course {
         if offered {
             continue;
         }
-        let prm = bench.prm().with(bit);
-        bench.set_prm(&prm)?;
-        let diagnosis = bench.diag()?;
+        let prm = tester.prm().with(bit);
+        tester.set_prm(&prm)?;
+        let diagnosis = tester.diag()?;
         if !diagnosis.is(DiagBit::NotSupported) {
             return broken(format!("Not_Supported is 0 after {name}: {}", diagnosis.words()));
         }
-        bench.release()?;
+        tester.release()?;
     }
     Ok(())
 }
 
-fn p13(bench: &mut Bench) -> Course {
+fn p13(tester: &mut Tester) -> Course {
     for bit in [0x01, 0x02, 0x04] {
-        let prm = bench.prm().with(bit);
-        bench.set_prm(&prm)?;
-        is_fault(bench, &format!("a Set_Prm with the reserved bit {bit:02X}"))?;
+        let prm = tester.prm().with(bit);
+        tester.set_prm(&prm)?;
+        is_fault(tester, &format!("a Set_Prm with the reserved bit {bit:02X}"))?;
     }
     Ok(())
 }
 
-fn p14(bench: &mut Bench) -> Course {
+fn p14(tester: &mut Tester) -> Course {
     for factors in [[0, 10], [10, 0]] {
-        let prm = bench.prm().watched(factors);
-        bench.set_prm(&prm)?;
-        is_fault(bench, &format!("a watchdog of {} times {}", factors[0], factors[1]))?;
+        let prm = tester.prm().watched(factors);
+        tester.set_prm(&prm)?;
+        is_fault(tester, &format!("a watchdog of {} times {}", factors[0], factors[1]))?;
     }
     Ok(())
 }
 
-fn p15(bench: &mut Bench) -> Course {
-    let wrong = Prm { ident: !bench.ident, ..bench.prm() };
-    bench.set_prm(&wrong)?;
-    let right = bench.prm();
-    bench.set_prm(&right)?;
-    let diagnosis = bench.diag()?;
+fn p15(tester: &mut Tester) -> Course {
+    let wrong = Prm { ident: !tester.ident, ..tester.prm() };
+    tester.set_prm(&wrong)?;
+    let right = tester.prm();
+    tester.set_prm(&right)?;
+    let diagnosis = tester.diag()?;
     if diagnosis.is(DiagBit::PrmFault) || diagnosis.is(DiagBit::PrmReq) {
         return broken(format!("after a good Set_Prm the diagnosis says {}", diagnosis.words()));
     }
     Ok(())
 }
 
-fn p16(bench: &mut Bench) -> Course {
-    let effect = bench.effect_of_control()?;
-    let prm = Prm { groups: 0x01, ..bench.prm().with(effect.request_bits()) };
-    bench.begin_with(&prm)?;
-    let other = Prm { status: 0, groups: 0x02, ..bench.prm() };
-    bench.set_prm(&other)?;
-    effect.try_group(bench, 0x02, false, "group 2, set without Lock")?;
-    effect.try_group(bench, 0x01, true, "group 1, set with Lock")
+fn p16(tester: &mut Tester) -> Course {
+    let effect = tester.effect_of_control()?;
+    let prm = Prm { groups: 0x01, ..tester.prm().with(effect.request_bits()) };
+    tester.begin_with(&prm)?;
+    let other = Prm { status: 0, groups: 0x02, ..tester.prm() };
+    tester.set_prm(&other)?;
+    effect.try_group(tester, 0x02, false, "group 2, set without Lock")?;
+    effect.try_group(tester, 0x01, true, "group 1, set with Lock")
 }
 
 /// The watchdog in P17: 100 ms where it counts in milliseconds, else a second.
 const FACTORS: [u8; 2] = [100, 1];
 const WD_BASE: u8 = 0x04;
 
-fn p17(bench: &mut Bench) -> Course {
-    let offers = bench.setup.gsd.as_ref().is_some_and(|gsd| gsd.flags.dpv1 && gsd.flags.watchdog_1ms);
+fn p17(tester: &mut Tester) -> Course {
+    let offers = tester.setup.gsd.as_ref().is_some_and(|gsd| gsd.flags.dpv1 && gsd.flags.watchdog_1ms);
     if !offers {
         return inapplicable("the device file has no WD_Base_1ms_supp of DP-V1");
     }
-    let mut prm = bench.prm().watched(FACTORS);
+    let mut prm = tester.prm().watched(FACTORS);
     if let Some(status) = prm.user.first_mut() {
         *status |= WD_BASE;
     }
-    bench.begin_with(&prm)?;
-    bench.pause(Duration::from_millis(250))?;
-    bench.waits_for_prm("a pause of 250 ms with a watchdog of 100 ms").map(|_| ())
+    tester.begin_with(&prm)?;
+    tester.pause(Duration::from_millis(250))?;
+    tester.waits_for_prm("a pause of 250 ms with a watchdog of 100 ms").map(|_| ())
 }

@@ -6,12 +6,12 @@ use core::time::Duration;
 use super::{row, softer};
 use crate::judge::device::course::{Course, broken, inapplicable};
 use crate::judge::device::row::{By, Group};
-use crate::judge::device::slave::Bench;
-use crate::judge::device::slave::bench::pkw;
+use crate::judge::device::slave::Tester;
+use crate::judge::device::slave::tester::pkw;
 use crate::judge::requirement::Confidence::{B, C, U};
 use crate::profibus::ppo::{JobId, Pkw, ReplyId, Stw};
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "PROFIDRIVE version 2",
     rows: &[
         row(
@@ -169,21 +169,21 @@ pub(super) const GROUP: Group<Bench> = Group {
     ],
 };
 
-fn l01(bench: &mut Bench) -> Course {
-    let kind = bench.profile()?;
-    let got = (usize::from(bench.lengths.outputs), usize::from(bench.lengths.inputs));
+fn l01(tester: &mut Tester) -> Course {
+    let kind = tester.profile()?;
+    let got = (usize::from(tester.lengths.outputs), usize::from(tester.lengths.inputs));
     if got == (kind.len(), kind.len()) {
         return Ok(());
     }
     broken(format!("{} octets of outputs and {} of inputs; {kind} has {}", got.0, got.1, kind.len()))
 }
 
-fn k01(bench: &mut Bench) -> Course {
-    bench.start_channel()?;
+fn k01(tester: &mut Tester) -> Course {
+    tester.start_channel()?;
     for _ in 0..4 {
-        bench.exchange_ppo(Pkw::ZERO, Stw::from_raw(0))?;
+        tester.exchange_ppo(Pkw::ZERO, Stw::from_raw(0))?;
     }
-    let (reply, _) = bench.exchange_ppo(Pkw::ZERO, Stw::from_raw(0))?;
+    let (reply, _) = tester.exchange_ppo(Pkw::ZERO, Stw::from_raw(0))?;
     if reply.pke.reply() == ReplyId::NoReply {
         return Ok(());
     }
@@ -201,9 +201,9 @@ fn words(reply: Pkw) -> String {
 }
 
 /// A parameter that is no array and can be read, with its reply.
-fn readable(bench: &mut Bench) -> Course<Option<Pkw>> {
+fn readable(tester: &mut Tester) -> Course<Option<Pkw>> {
     for pnu in USUAL {
-        let reply = bench.read(pnu, None)?;
+        let reply = tester.read(pnu, None)?;
         if matches!(reply.pke.reply(), ReplyId::Word | ReplyId::DoubleWord) {
             return Ok(Some(reply));
         }
@@ -211,24 +211,24 @@ fn readable(bench: &mut Bench) -> Course<Option<Pkw>> {
     Ok(None)
 }
 
-fn must_read(bench: &mut Bench) -> Course<Pkw> {
-    match readable(bench)? {
+fn must_read(tester: &mut Tester) -> Course<Pkw> {
+    match readable(tester)? {
         Some(reply) => Ok(reply),
         None => inapplicable("none of PNU 918, 930, 947, 952, 961, 963, 964, 965 can be read"),
     }
 }
 
-fn k02(bench: &mut Bench) -> Course {
-    bench.start_channel()?;
-    if readable(bench)?.is_some() {
+fn k02(tester: &mut Tester) -> Course {
+    tester.start_channel()?;
+    if readable(tester)?.is_some() {
         return Ok(());
     }
     // Every drive has one of these, but the list says more.
-    let reply = bench.read(LIST, Some(1))?;
+    let reply = tester.read(LIST, Some(1))?;
     if reply.pke.reply() != ReplyId::ElementWord {
         return broken("none of PNU 918, 930, 947, 952, 961, 963, 964, 965 and 980 can be read");
     }
-    let reply = bench.read(reply.word(), None)?;
+    let reply = tester.read(reply.word(), None)?;
     if matches!(reply.pke.reply(), ReplyId::Word | ReplyId::DoubleWord | ReplyId::NotExecutable) {
         return Ok(());
     }
@@ -238,10 +238,10 @@ fn k02(bench: &mut Bench) -> Course {
 /// A PNU that no drive has.
 const NONE: u16 = 2046;
 
-fn k03(bench: &mut Bench) -> Course {
-    bench.start_channel()?;
+fn k03(tester: &mut Tester) -> Course {
+    tester.start_channel()?;
     for pnu in [NONE, 899] {
-        let reply = bench.read(pnu, None)?;
+        let reply = tester.read(pnu, None)?;
         let is_there = matches!(reply.pke.reply(), ReplyId::Word | ReplyId::DoubleWord);
         if pnu != NONE && is_there {
             continue;
@@ -253,20 +253,20 @@ fn k03(bench: &mut Bench) -> Course {
     Ok(())
 }
 
-fn k04(bench: &mut Bench) -> Course {
-    bench.start_channel()?;
-    let first = must_read(bench)?;
+fn k04(tester: &mut Tester) -> Course {
+    tester.start_channel()?;
+    let first = must_read(tester)?;
     let job = pkw(JobId::Read, first.pke.pnu(), 0, 0);
     for _ in 0..20 {
-        let (reply, _) = bench.exchange_ppo(job, Stw::from_raw(0))?;
+        let (reply, _) = tester.exchange_ppo(job, Stw::from_raw(0))?;
         if reply.pke != first.pke {
             return broken(format!("the reply to a job that stays becomes {}", words(reply)));
         }
     }
     for _ in 0..5 {
-        bench.exchange_ppo(Pkw::ZERO, Stw::from_raw(0))?;
+        tester.exchange_ppo(Pkw::ZERO, Stw::from_raw(0))?;
     }
-    let (reply, _) = bench.exchange_ppo(Pkw::ZERO, Stw::from_raw(0))?;
+    let (reply, _) = tester.exchange_ppo(Pkw::ZERO, Stw::from_raw(0))?;
     if reply.pke.reply() == ReplyId::NoReply {
         return Ok(());
     }
@@ -274,8 +274,8 @@ fn k04(bench: &mut Bench) -> Course {
 }
 
 /// An array: of what number its elements are; `None`: the drive has no list.
-fn elements(bench: &mut Bench) -> Course<u32> {
-    let reply = bench.job(pkw(JobId::ReadElementCount, LIST, 0, 0))?;
+fn elements(tester: &mut Tester) -> Course<u32> {
+    let reply = tester.job(pkw(JobId::ReadElementCount, LIST, 0, 0))?;
     let id = reply.pke.reply();
     if id == ReplyId::ElementCount {
         return Ok(reply.double_word() & 0xFFFF);
@@ -286,27 +286,27 @@ fn elements(bench: &mut Bench) -> Course<u32> {
     broken(format!("the number of elements of PNU 980 is told with {}", words(reply)))
 }
 
-fn k05(bench: &mut Bench) -> Course {
-    bench.start_channel()?;
-    let count = elements(bench)?;
+fn k05(tester: &mut Tester) -> Course {
+    tester.start_channel()?;
+    let count = elements(tester)?;
     let Ok(beyond) = u8::try_from(count + 1) else {
         return inapplicable("the array has too many elements for one that is not there");
     };
-    let reply = bench.read(LIST, Some(beyond))?;
+    let reply = tester.read(LIST, Some(beyond))?;
     if reply.pke.reply() == ReplyId::NotExecutable && reply.pwe_low == 3 {
         return Ok(());
     }
     broken(format!("element {beyond} of {count} is read with {}, expected error 3", words(reply)))
 }
 
-fn k06(bench: &mut Bench) -> Course {
-    bench.start_channel()?;
-    let count = elements(bench)?;
+fn k06(tester: &mut Tester) -> Course {
+    tester.start_channel()?;
+    let count = elements(tester)?;
     if count == 0 {
         return broken("the list of parameters has no elements");
     }
-    let plain = must_read(bench)?;
-    let reply = bench.job(pkw(JobId::ReadElementCount, plain.pke.pnu(), 0, 0))?;
+    let plain = must_read(tester)?;
+    let reply = tester.job(pkw(JobId::ReadElementCount, plain.pke.pnu(), 0, 0))?;
     if matches!(reply.pke.reply(), ReplyId::NotExecutable | ReplyId::ElementCount) {
         return Ok(());
     }
@@ -316,15 +316,15 @@ fn k06(bench: &mut Bench) -> Course {
 /// Parameters that can only be read, wherever they are.
 const READ_ONLY: [u16; 4] = [964, 963, 968, 944];
 
-fn k07(bench: &mut Bench) -> Course {
-    bench.start_channel()?;
+fn k07(tester: &mut Tester) -> Course {
+    tester.start_channel()?;
     for pnu in READ_ONLY {
-        let read = bench.read(pnu, None)?;
+        let read = tester.read(pnu, None)?;
         if read.pke.reply() != ReplyId::Word {
             continue;
         }
         // The value that it has: whoever takes it is as before.
-        let reply = bench.job(pkw(JobId::WriteWord, pnu, 0, read.word().into()))?;
+        let reply = tester.job(pkw(JobId::WriteWord, pnu, 0, read.word().into()))?;
         let id = reply.pke.reply();
         // Without rights, or in this state, nothing is written either.
         let is_refused = id == ReplyId::NotExecutable && matches!(reply.pwe_low, 1 | 11 | 17);
@@ -339,12 +339,12 @@ fn k07(bench: &mut Bench) -> Course {
 /// So many elements of the list are read.
 const LISTED: u8 = 100;
 
-fn k08(bench: &mut Bench) -> Course {
-    bench.start_channel()?;
+fn k08(tester: &mut Tester) -> Course {
+    tester.start_channel()?;
     let count =
-        u8::try_from(elements(bench)?).unwrap_or(LISTED).min(if bench.setup.quick { 5 } else { LISTED });
+        u8::try_from(elements(tester)?).unwrap_or(LISTED).min(if tester.setup.quick { 5 } else { LISTED });
     for element in 1..=count {
-        let listed = bench.read(LIST, Some(element))?;
+        let listed = tester.read(LIST, Some(element))?;
         if listed.pke.reply() != ReplyId::ElementWord {
             return broken(format!("element {element} of PNU 980 is read with {}", words(listed)));
         }
@@ -352,7 +352,7 @@ fn k08(bench: &mut Bench) -> Course {
         if pnu == 0 {
             break;
         }
-        let reply = bench.read(pnu, None)?;
+        let reply = tester.read(pnu, None)?;
         if reply.pke.reply() == ReplyId::NotExecutable && matches!(reply.pwe_low, 0 | 106) {
             return broken(format!("PNU {pnu} is in the list 980 and is read with {}", words(reply)));
         }
@@ -360,13 +360,13 @@ fn k08(bench: &mut Bench) -> Course {
     Ok(())
 }
 
-fn k09(bench: &mut Bench) -> Course {
-    bench.start_channel()?;
+fn k09(tester: &mut Tester) -> Course {
+    tester.start_channel()?;
     for ak in 10..=15_u16 {
         // A parameter that is not there: no job of the drive's own changes it.
         let job =
             Pkw::new(crate::profibus::ppo::Pke::from_raw(ak << 12 | NONE), pkw(JobId::NoJob, 0, 0, 0).ind, 0);
-        let reply = bench.job(job)?;
+        let reply = tester.job(job)?;
         if !matches!(reply.pke.reply(), ReplyId::NotExecutable | ReplyId::NoControlRights) {
             return broken(format!("job {ak} is answered with {}", words(reply)));
         }
@@ -377,26 +377,26 @@ fn k09(bench: &mut Bench) -> Course {
 /// Writing them is a command, whatever the value: loading, storing, resetting.
 const COMMANDS: RangeInclusive<u16> = 970..=979;
 
-fn k10(bench: &mut Bench) -> Course {
-    bench.profile()?;
-    if !bench.setup.writes_allowed {
+fn k10(tester: &mut Tester) -> Course {
+    tester.profile()?;
+    if !tester.setup.writes_allowed {
         return inapplicable("needs --write: parameters are written with the values that they have");
     }
-    bench.start_channel()?;
+    tester.start_channel()?;
     let count =
-        u8::try_from(elements(bench)?).unwrap_or(LISTED).min(if bench.setup.quick { 5 } else { LISTED });
+        u8::try_from(elements(tester)?).unwrap_or(LISTED).min(if tester.setup.quick { 5 } else { LISTED });
     for element in 1..=count {
-        let pnu = bench.read(LIST, Some(element))?.word();
+        let pnu = tester.read(LIST, Some(element))?.word();
         if pnu == 0 {
             break;
         }
-        let read = bench.read(pnu, None)?;
+        let read = tester.read(pnu, None)?;
         let id = read.pke.reply();
         if COMMANDS.contains(&pnu) || !matches!(id, ReplyId::Word | ReplyId::DoubleWord) {
             continue;
         }
         let job = if id == ReplyId::Word { JobId::WriteWord } else { JobId::WriteDoubleWord };
-        let reply = bench.job(pkw(job, pnu, 0, read.double_word()))?;
+        let reply = tester.job(pkw(job, pnu, 0, read.double_word()))?;
         let is_taken = reply.pke.reply() == id && reply.double_word() == read.double_word();
         let is_refused = reply.pke.reply() == ReplyId::NotExecutable
             && matches!(reply.pwe_low, 1 | 2 | 11 | 12 | 17 | 18 | 101..);
@@ -412,10 +412,10 @@ fn k10(bench: &mut Bench) -> Course {
     Ok(())
 }
 
-fn k11(bench: &mut Bench) -> Course {
-    bench.start_channel()?;
-    let read = must_read(bench)?;
-    let reply = bench.job(pkw(JobId::ReadDescription, read.pke.pnu(), 1, 0))?;
+fn k11(tester: &mut Tester) -> Course {
+    tester.start_channel()?;
+    let read = must_read(tester)?;
+    let reply = tester.job(pkw(JobId::ReadDescription, read.pke.pnu(), 1, 0))?;
     let has_none = reply.pke.reply() == ReplyId::NotExecutable && reply.pwe_low == 9;
     if has_none || reply.pke.reply() == ReplyId::Description {
         return Ok(());
@@ -442,63 +442,63 @@ const FOLLOWS: Duration = Duration::from_millis(500);
 const STAYS: Duration = Duration::from_millis(50);
 
 /// With this control word these bits of the status word become 1, and those 0.
-fn becomes(bench: &mut Bench, stw: u16, ones: u16, zeros: u16) -> Course {
+fn becomes(tester: &mut Tester, stw: u16, ones: u16, zeros: u16) -> Course {
     let is_it = |zsw: u16| zsw & ones == ones && zsw & zeros == 0;
     // What only must not come is waited for.
     if ones != 0 {
-        bench.hold(stw, FOLLOWS, is_it)?;
+        tester.hold(stw, FOLLOWS, is_it)?;
     }
-    let zsw = bench.hold(stw, if ones == 0 { FOLLOWS } else { STAYS }, |_| false)?;
+    let zsw = tester.hold(stw, if ones == 0 { FOLLOWS } else { STAYS }, |_| false)?;
     if is_it(zsw) {
         return Ok(());
     }
     broken(format!("with STW {stw:04X} ZSW is {zsw:04X}, expected {ones:04X} set and {zeros:04X} not"))
 }
 
-fn s01(bench: &mut Bench) -> Course {
-    bench.profile()?;
-    bench.start()?;
-    becomes(bench, 0, 0, READY | OPERATION)?;
-    becomes(bench, OFF1, 0, READY | OPERATION)
+fn s01(tester: &mut Tester) -> Course {
+    tester.profile()?;
+    tester.start()?;
+    becomes(tester, 0, 0, READY | OPERATION)?;
+    becomes(tester, OFF1, 0, READY | OPERATION)
 }
 
 /// The drive may be switched on.
-fn may_move(bench: &Bench) -> Course {
-    bench.profile()?;
-    if bench.setup.moves_allowed {
+fn may_move(tester: &Tester) -> Course {
+    tester.profile()?;
+    if tester.setup.moves_allowed {
         return Ok(());
     }
     inapplicable("needs --moves-allowed: the drive is switched on, with a setpoint of zero")
 }
 
-fn s02(bench: &mut Bench) -> Course {
-    may_move(bench)?;
-    bench.start()?;
-    becomes(bench, 0, 0, READY | OPERATION)?;
-    becomes(bench, ENABLED, 0, READY | OPERATION)?;
-    becomes(bench, OFF1, READY_TO_SWITCH_ON, READY | OPERATION | INHIBITED)
+fn s02(tester: &mut Tester) -> Course {
+    may_move(tester)?;
+    tester.start()?;
+    becomes(tester, 0, 0, READY | OPERATION)?;
+    becomes(tester, ENABLED, 0, READY | OPERATION)?;
+    becomes(tester, OFF1, READY_TO_SWITCH_ON, READY | OPERATION | INHIBITED)
 }
 
-fn s03(bench: &mut Bench) -> Course {
-    may_move(bench)?;
-    bench.start()?;
-    becomes(bench, 0, 0, READY | OPERATION)?;
-    becomes(bench, OFF1, READY_TO_SWITCH_ON, READY | OPERATION | INHIBITED)?;
-    becomes(bench, ON, READY_TO_SWITCH_ON | READY, OPERATION | INHIBITED)?;
-    becomes(bench, ENABLED, READY_TO_SWITCH_ON | READY | OPERATION, INHIBITED)?;
-    becomes(bench, ON, READY_TO_SWITCH_ON | READY, OPERATION | INHIBITED)?;
-    becomes(bench, ENABLED, READY_TO_SWITCH_ON | READY | OPERATION, INHIBITED)?;
-    becomes(bench, OFF1, READY_TO_SWITCH_ON, READY | OPERATION | INHIBITED)
+fn s03(tester: &mut Tester) -> Course {
+    may_move(tester)?;
+    tester.start()?;
+    becomes(tester, 0, 0, READY | OPERATION)?;
+    becomes(tester, OFF1, READY_TO_SWITCH_ON, READY | OPERATION | INHIBITED)?;
+    becomes(tester, ON, READY_TO_SWITCH_ON | READY, OPERATION | INHIBITED)?;
+    becomes(tester, ENABLED, READY_TO_SWITCH_ON | READY | OPERATION, INHIBITED)?;
+    becomes(tester, ON, READY_TO_SWITCH_ON | READY, OPERATION | INHIBITED)?;
+    becomes(tester, ENABLED, READY_TO_SWITCH_ON | READY | OPERATION, INHIBITED)?;
+    becomes(tester, OFF1, READY_TO_SWITCH_ON, READY | OPERATION | INHIBITED)
 }
 
-fn s04(bench: &mut Bench) -> Course {
-    may_move(bench)?;
-    bench.start()?;
+fn s04(tester: &mut Tester) -> Course {
+    may_move(tester)?;
+    tester.start()?;
     for off in [OFF2, OFF3] {
-        becomes(bench, OFF1, READY_TO_SWITCH_ON, OPERATION)?;
-        becomes(bench, ENABLED, OPERATION, INHIBITED)?;
-        becomes(bench, off, INHIBITED, READY_TO_SWITCH_ON | READY | OPERATION)?;
-        becomes(bench, ENABLED, 0, OPERATION)?;
+        becomes(tester, OFF1, READY_TO_SWITCH_ON, OPERATION)?;
+        becomes(tester, ENABLED, OPERATION, INHIBITED)?;
+        becomes(tester, off, INHIBITED, READY_TO_SWITCH_ON | READY | OPERATION)?;
+        becomes(tester, ENABLED, 0, OPERATION)?;
     }
-    becomes(bench, 0, 0, OPERATION)
+    becomes(tester, 0, 0, OPERATION)
 }

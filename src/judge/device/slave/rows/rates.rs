@@ -6,50 +6,50 @@ use super::row;
 use crate::judge::device::Ending;
 use crate::judge::device::course::{Course, Halt, broken, inapplicable};
 use crate::judge::device::row::{By, Entry, Group, Judge};
-use crate::judge::device::slave::Bench;
+use crate::judge::device::slave::Tester;
 use crate::judge::device::slave::wire::Sight;
 use crate::time::BaudRate;
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "Rates",
     rows: &[
-        at("S-R01", "at 9.6 kbit/s it is found, starts and exchanges data", |bench| {
-            is_served(bench, BaudRate::K9_6)
+        at("S-R01", "at 9.6 kbit/s it is found, starts and exchanges data", |tester| {
+            is_served(tester, BaudRate::K9_6)
         }),
-        at("S-R02", "at 19.2 kbit/s it is found, starts and exchanges data", |bench| {
-            is_served(bench, BaudRate::K19_2)
+        at("S-R02", "at 19.2 kbit/s it is found, starts and exchanges data", |tester| {
+            is_served(tester, BaudRate::K19_2)
         }),
-        at("S-R03", "at 31.25 kbit/s it is found, starts and exchanges data", |bench| {
-            is_served(bench, BaudRate::K31_25)
+        at("S-R03", "at 31.25 kbit/s it is found, starts and exchanges data", |tester| {
+            is_served(tester, BaudRate::K31_25)
         }),
-        at("S-R04", "at 45.45 kbit/s it is found, starts and exchanges data", |bench| {
-            is_served(bench, BaudRate::K45_45)
+        at("S-R04", "at 45.45 kbit/s it is found, starts and exchanges data", |tester| {
+            is_served(tester, BaudRate::K45_45)
         }),
-        at("S-R05", "at 93.75 kbit/s it is found, starts and exchanges data", |bench| {
-            is_served(bench, BaudRate::K93_75)
+        at("S-R05", "at 93.75 kbit/s it is found, starts and exchanges data", |tester| {
+            is_served(tester, BaudRate::K93_75)
         }),
-        at("S-R06", "at 187.5 kbit/s it is found, starts and exchanges data", |bench| {
-            is_served(bench, BaudRate::K187_5)
+        at("S-R06", "at 187.5 kbit/s it is found, starts and exchanges data", |tester| {
+            is_served(tester, BaudRate::K187_5)
         }),
-        at("S-R07", "at 500 kbit/s it is found, starts and exchanges data", |bench| {
-            is_served(bench, BaudRate::K500)
+        at("S-R07", "at 500 kbit/s it is found, starts and exchanges data", |tester| {
+            is_served(tester, BaudRate::K500)
         }),
-        at("S-R08", "at 1.5 Mbit/s it is found, starts and exchanges data", |bench| {
-            is_served(bench, BaudRate::K1500)
+        at("S-R08", "at 1.5 Mbit/s it is found, starts and exchanges data", |tester| {
+            is_served(tester, BaudRate::K1500)
         }),
-        at("S-R09", "at 3 Mbit/s it is found, starts and exchanges data", |bench| {
-            is_served(bench, BaudRate::K3000)
+        at("S-R09", "at 3 Mbit/s it is found, starts and exchanges data", |tester| {
+            is_served(tester, BaudRate::K3000)
         }),
-        at("S-R10", "at 6 Mbit/s it is found, starts and exchanges data", |bench| {
-            is_served(bench, BaudRate::K6000)
+        at("S-R10", "at 6 Mbit/s it is found, starts and exchanges data", |tester| {
+            is_served(tester, BaudRate::K6000)
         }),
-        at("S-R11", "at 12 Mbit/s it is found, starts and exchanges data", |bench| {
-            is_served(bench, BaudRate::K12000)
+        at("S-R11", "at 12 Mbit/s it is found, starts and exchanges data", |tester| {
+            is_served(tester, BaudRate::K12000)
         }),
     ],
 };
 
-const fn at(id: &'static str, text: &'static str, judge: Judge<Bench>) -> Entry<Bench> {
+const fn at(id: &'static str, text: &'static str, judge: Judge<Tester>) -> Entry<Tester> {
     let rule =
         "each rate with <rate>_supp = 1; error-free telegrams lead a slave with Auto_Baud to it (8, 14)";
     row(id, text, rule, &["S-X01"], By::Trial(judge))
@@ -58,24 +58,24 @@ const fn at(id: &'static str, text: &'static str, judge: Judge<Bench>) -> Entry<
 /// Exchanges at each rate.
 const EXCHANGES: u8 = 20;
 
-fn is_served(bench: &mut Bench, rate: BaudRate) -> Course {
-    let home = bench.wire.baud;
-    if rate != home && !bench.setup.rates.contains(&rate) {
+fn is_served(tester: &mut Tester, rate: BaudRate) -> Course {
+    let home = tester.wire.baud;
+    if rate != home && !tester.setup.rates.contains(&rate) {
         return inapplicable("it is none of the rates of --baud");
     }
-    if bench.setup.gsd.as_ref().is_some_and(|gsd| !gsd.rates.contains(rate)) {
+    if tester.setup.gsd.as_ref().is_some_and(|gsd| !gsd.rates.contains(rate)) {
         return inapplicable("the device file does not have this rate");
     }
     if rate == home {
-        if bench.wire.sight == Sight::Untimed && !bench.is_attended() {
+        if tester.wire.sight == Sight::Untimed && !tester.is_attended() {
             return inapplicable("there is no rate on this link");
         }
-        return works(bench);
+        return works(tester);
     }
-    go(bench, rate)?;
-    let course = found(bench, rate).and_then(|()| works(bench)).and_then(|()| bench.release());
-    go(bench, home)?;
-    match found(bench, home) {
+    go(tester, rate)?;
+    let course = found(tester, rate).and_then(|()| works(tester)).and_then(|()| tester.release());
+    go(tester, home)?;
+    match found(tester, home) {
         Ok(()) => course,
         Err(Halt::Broken { .. }) => Err(Halt::Over(Ending::Died { during: "" })),
         Err(halt) => Err(halt),
@@ -83,11 +83,11 @@ fn is_served(bench: &mut Bench, rate: BaudRate) -> Course {
 }
 
 /// The line has another rate; and the slave, if somebody stands beside it or it finds it by itself.
-fn go(bench: &mut Bench, rate: BaudRate) -> Course {
-    let finds = bench.setup.gsd.as_ref().is_none_or(|gsd| gsd.flags.auto_baud);
-    let is_set = bench.wire.set_rate(rate)?;
-    if bench.is_attended() {
-        match bench.attend(&format!("rate {}", rate.bits_per_second())) {
+fn go(tester: &mut Tester, rate: BaudRate) -> Course {
+    let finds = tester.setup.gsd.as_ref().is_none_or(|gsd| gsd.flags.auto_baud);
+    let is_set = tester.wire.set_rate(rate)?;
+    if tester.is_attended() {
+        match tester.attend(&format!("rate {}", rate.bits_per_second())) {
             Ok(_) => return Ok(()),
             Err(Halt::Inapplicable(_)) if finds && is_set => return Ok(()),
             Err(halt) => return Err(halt),
@@ -106,9 +106,9 @@ fn go(bench: &mut Bench, rate: BaudRate) -> Course {
 const LOOKS: u8 = 3;
 
 /// It answers in time.
-fn found(bench: &mut Bench, rate: BaudRate) -> Course {
+fn found(tester: &mut Tester, rate: BaudRate) -> Course {
     for _ in 0..LOOKS {
-        match bench.look() {
+        match tester.look() {
             Err(Halt::Over(Ending::NoDevice)) => {}
             course => return course,
         }
@@ -117,12 +117,12 @@ fn found(bench: &mut Bench, rate: BaudRate) -> Course {
 }
 
 /// It is started with a watchdog, and exchanges data.
-fn works(bench: &mut Bench) -> Course {
-    let prm = bench.prm().watched([100, 1]);
-    bench.start_with(&prm)?;
+fn works(tester: &mut Tester) -> Course {
+    let prm = tester.prm().watched([100, 1]);
+    tester.start_with(&prm)?;
     for _ in 0..EXCHANGES {
-        bench.exchanged_zeros()?;
-        bench.pause(Duration::from_millis(1))?;
+        tester.exchanged_zeros()?;
+        tester.pause(Duration::from_millis(1))?;
     }
     Ok(())
 }

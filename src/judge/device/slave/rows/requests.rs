@@ -4,7 +4,7 @@ use super::{row, softer};
 use crate::chance::Random;
 use crate::judge::device::course::{Course, broken, inapplicable};
 use crate::judge::device::row::{By, Group};
-use crate::judge::device::slave::Bench;
+use crate::judge::device::slave::Tester;
 use crate::judge::device::slave::answer::Answer;
 use crate::judge::device::slave::request::{MASTER_SAP, Request};
 use crate::judge::device::slave::wire::Sight;
@@ -16,7 +16,7 @@ use crate::profibus::fdl::{
     Address, DataTelegram, FrameCount, FunctionCode, MAX_TELEGRAM_LEN, ReplyStatus, Sap,
 };
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "Forms of requests",
     rows: &[
         row(
@@ -136,18 +136,18 @@ pub(super) const GROUP: Group<Bench> = Group {
     ],
 };
 
-fn f08(bench: &mut Bench) -> Course {
-    if bench.wire.sight != Sight::Untimed {
+fn f08(tester: &mut Tester) -> Course {
+    if tester.wire.sight != Sight::Untimed {
         return inapplicable("on a real line a pause ends a telegram; a terminal or TCP cuts where it likes");
     }
-    let request = Request::of(bench.slave(), bench.owner(), Service::SlaveDiag, FrameCount::First, &[]);
+    let request = Request::of(tester.slave(), tester.owner(), Service::SlaveDiag, FrameCount::First, &[]);
     let octets = request.octets();
     for at in [1, 4, octets.len() / 2, octets.len() - 1] {
         let (front, rest) = octets.split_at(at.min(octets.len()));
         let side = Side::Master;
-        bench.wire.send(front, side)?;
-        bench.wire.send_at_once(rest, side)?;
-        let heard = bench.wire.reply()?.map_or(Answer::Silence, |heard| Answer::of(&heard.octets));
+        tester.wire.send(front, side)?;
+        tester.wire.send_at_once(rest, side)?;
+        let heard = tester.wire.reply()?.map_or(Answer::Silence, |heard| Answer::of(&heard.octets));
         if !matches!(heard, Answer::Data(..)) {
             return broken(format!(
                 "Slave_Diag in two pieces, cut at {at}, is answered with {}",
@@ -158,12 +158,12 @@ fn f08(bench: &mut Bench) -> Course {
     Ok(())
 }
 
-fn f10(bench: &mut Bench) -> Course {
-    let request = Request::status(bench.slave(), bench.owner()).octets();
+fn f10(tester: &mut Tester) -> Course {
+    let request = Request::status(tester.slave(), tester.owner()).octets();
     let side = Side::Master;
-    bench.wire.send(&request, side)?;
-    bench.wire.send_at_once(&request, side)?;
-    let mut heard = bench.wire.reply()?.map(|heard| heard.octets);
+    tester.wire.send(&request, side)?;
+    tester.wire.send_at_once(&request, side)?;
+    let mut heard = tester.wire.reply()?.map(|heard| heard.octets);
     while let Some(octets) = heard {
         for octets in split(&octets) {
             let answer = Answer::of(octets);
@@ -171,22 +171,22 @@ fn f10(bench: &mut Bench) -> Course {
                 return broken(format!("two requests at once are answered with {}", answer.words()));
             }
         }
-        heard = bench.wire.silence()?;
+        heard = tester.wire.silence()?;
     }
-    bench.wire.take_unasked();
+    tester.wire.take_unasked();
     Ok(())
 }
 
-fn f11(bench: &mut Bench) -> Course {
-    let prm = bench.prm();
-    bench.set_prm(&prm)?;
-    let mut request = bench.request(bench.owner(), Service::ChkCfg, &[0x7F; 6]);
+fn f11(tester: &mut Tester) -> Course {
+    let prm = tester.prm();
+    tester.set_prm(&prm)?;
+    let mut request = tester.request(tester.owner(), Service::ChkCfg, &[0x7F; 6]);
     request.as_sd3 = true;
-    let answer = bench.must_answer(&request)?;
+    let answer = tester.must_answer(&request)?;
     if answer != Answer::Acknowledged {
         return broken(format!("Chk_Cfg as SD3 is answered with {}, expected SC", answer.words()));
     }
-    let diagnosis = bench.diag()?;
+    let diagnosis = tester.diag()?;
     if !diagnosis.is(DiagBit::CfgFault) {
         return broken(format!("a wrong Chk_Cfg as SD3 leads to no Cfg_Fault: {}", diagnosis.words()));
     }
@@ -194,14 +194,14 @@ fn f11(bench: &mut Bench) -> Course {
 }
 
 /// The same service as SRD low.
-fn low(bench: &mut Bench, service: Service, data: &[u8]) -> Course<Answer> {
-    let mut request = bench.request(bench.owner(), service, data);
+fn low(tester: &mut Tester, service: Service, data: &[u8]) -> Course<Answer> {
+    let mut request = tester.request(tester.owner(), service, data);
     request.service = fdl::Service::SrdLow;
-    bench.must_answer(&request)
+    tester.must_answer(&request)
 }
 
-fn f12(bench: &mut Bench) -> Course {
-    let (prm, cfg, zeros) = (bench.prm().octets(), bench.cfg.clone(), bench.zeros());
+fn f12(tester: &mut Tester) -> Course {
+    let (prm, cfg, zeros) = (tester.prm().octets(), tester.cfg.clone(), tester.zeros());
     let cases: [(Service, &[u8], bool); 4] = [
         (Service::SetPrm, &prm, false),
         (Service::ChkCfg, &cfg, false),
@@ -209,7 +209,7 @@ fn f12(bench: &mut Bench) -> Course {
         (Service::GetCfg, &[], true),
     ];
     for (service, data, wants_data) in cases {
-        let answer = low(bench, service, data)?;
+        let answer = low(tester, service, data)?;
         let is_right = match &answer {
             Answer::Acknowledged => !wants_data,
             Answer::Data(..) => wants_data,
@@ -219,12 +219,12 @@ fn f12(bench: &mut Bench) -> Course {
             return broken(format!("{} as SRD low is answered with {}", service.name(), answer.words()));
         }
         if service == Service::ChkCfg {
-            bench.ready()?;
+            tester.ready()?;
         }
     }
     for _ in 0..2 {
-        let answer = low(bench, Service::DataExchange, &zeros)?;
-        bench.inputs_of(answer)?;
+        let answer = low(tester, Service::DataExchange, &zeros)?;
+        tester.inputs_of(answer)?;
     }
     Ok(())
 }
@@ -232,28 +232,28 @@ fn f12(bench: &mut Bench) -> Course {
 /// SAPs at which neither DP-V0 nor DP-V1 listens.
 const NO_SAPS: [u8; 2] = [40, 52];
 
-fn f13(bench: &mut Bench) -> Course {
+fn f13(tester: &mut Tester) -> Course {
     for exchanging in [false, true] {
         if exchanging {
-            bench.start()?;
+            tester.start()?;
         }
         for sap in NO_SAPS {
-            let mut request = bench.request(bench.owner(), Service::SlaveDiag, &[]);
+            let mut request = tester.request(tester.owner(), Service::SlaveDiag, &[]);
             request.dsap = Some(sap);
-            let answer = bench.must_answer(&request)?;
+            let answer = tester.must_answer(&request)?;
             if !answer.is_status(ReplyStatus::NotActivated) {
                 return broken(format!("SAP {sap} answers with {}, expected RS", answer.words()));
             }
         }
     }
-    bench.still_exchanges("requests to SAPs that are not there")
+    tester.still_exchanges("requests to SAPs that are not there")
 }
 
-fn f14(bench: &mut Bench) -> Course {
+fn f14(tester: &mut Tester) -> Course {
     for ssap in [MASTER_SAP, 40, 0, 63] {
-        let mut request = bench.request(bench.owner(), Service::SlaveDiag, &[]);
+        let mut request = tester.request(tester.owner(), Service::SlaveDiag, &[]);
         request.ssap = Some(ssap);
-        let answer = bench.must_answer(&request)?;
+        let answer = tester.must_answer(&request)?;
         let refused = ssap != MASTER_SAP && answer.is_status(ReplyStatus::NotActivated);
         if !refused && !matches!(answer, Answer::Data(..)) {
             return broken(format!("Slave_Diag from SSAP {ssap} is answered with {}", answer.words()));
@@ -262,13 +262,13 @@ fn f14(bench: &mut Bench) -> Course {
     Ok(())
 }
 
-fn f15(bench: &mut Bench) -> Course {
-    bench.start()?;
-    let (owner, everybody) = (bench.owner(), Address::BROADCAST.number());
+fn f15(tester: &mut Tester) -> Course {
+    tester.start()?;
+    let (owner, everybody) = (tester.owner(), Address::BROADCAST.number());
     let srd = Request::of(everybody, owner, Service::SlaveDiag, FrameCount::First, &[]);
     let mut sdn = Request::of(everybody, owner, Service::SlaveDiag, FrameCount::Unused, &[]);
     sdn.service = fdl::Service::SdnHigh;
-    let exchange = Request::of(everybody, owner, Service::DataExchange, FrameCount::First, &bench.zeros());
+    let exchange = Request::of(everybody, owner, Service::DataExchange, FrameCount::First, &tester.zeros());
     let status = Request::status(everybody, owner);
     for (what, request) in [
         ("SRD of Slave_Diag to 127", srd),
@@ -276,9 +276,9 @@ fn f15(bench: &mut Bench) -> Course {
         ("Data_Exchange to 127", exchange),
         ("an FDL status request to 127", status),
     ] {
-        bench.unanswered(owner, &request.octets(), what)?;
+        tester.unanswered(owner, &request.octets(), what)?;
     }
-    bench.still_exchanges("requests to 127")
+    tester.still_exchanges("requests to 127")
 }
 
 /// A reply of this slave to this master, with two octets.
@@ -299,9 +299,9 @@ fn reply(sa: u8, da: u8, status: ReplyStatus, dsap: Option<u8>) -> Vec<u8> {
     telegram.encode(&mut buf).map(<[u8]>::to_vec).unwrap_or_default()
 }
 
-fn f16(bench: &mut Bench) -> Course {
-    bench.start()?;
-    let (slave, owner, nobody) = (bench.slave(), bench.owner(), bench.setup.nobody());
+fn f16(tester: &mut Tester) -> Course {
+    tester.start()?;
+    let (slave, owner, nobody) = (tester.slave(), tester.owner(), tester.setup.nobody());
     for (what, octets) in [
         ("the reply of another slave", reply(nobody, owner, ReplyStatus::DataLow, None)),
         ("a reply of another slave to this one", reply(nobody, slave, ReplyStatus::DataLow, None)),
@@ -311,28 +311,28 @@ fn f16(bench: &mut Bench) -> Course {
         ),
         ("SC", vec![0xE5]),
     ] {
-        bench.unanswered(nobody, &octets, what)?;
+        tester.unanswered(nobody, &octets, what)?;
     }
-    bench.still_exchanges("replies of other slaves")
+    tester.still_exchanges("replies of other slaves")
 }
 
-fn f17(bench: &mut Bench) -> Course {
-    bench.start()?;
-    let (slave, owner) = (bench.slave(), bench.owner());
-    for (da, sa) in [(slave, owner), (bench.other(), owner), (slave, slave)] {
-        bench.unanswered(owner, &[0xDC, da, sa], &format!("a token from {sa} to {da}"))?;
+fn f17(tester: &mut Tester) -> Course {
+    tester.start()?;
+    let (slave, owner) = (tester.slave(), tester.owner());
+    for (da, sa) in [(slave, owner), (tester.other(), owner), (slave, slave)] {
+        tester.unanswered(owner, &[0xDC, da, sa], &format!("a token from {sa} to {da}"))?;
     }
-    bench.still_exchanges("tokens")
+    tester.still_exchanges("tokens")
 }
 
-fn f19(bench: &mut Bench) -> Course {
+fn f19(tester: &mut Tester) -> Course {
     for service in [fdl::Service::Ident, fdl::Service::LsapStatus] {
-        let mut request = Request::status(bench.slave(), bench.owner());
+        let mut request = Request::status(tester.slave(), tester.owner());
         request.service = service;
         if service == fdl::Service::LsapStatus {
             (request.dsap, request.ssap) = (Some(60), Some(MASTER_SAP));
         }
-        let answer = bench.must_answer(&request)?;
+        let answer = tester.must_answer(&request)?;
         let is_right = matches!(
             answer,
             Answer::Status(ReplyStatus::NotActivated | ReplyStatus::UserError | ReplyStatus::NoResource)
@@ -349,56 +349,56 @@ fn f19(bench: &mut Bench) -> Course {
     Ok(())
 }
 
-fn f20(bench: &mut Bench) -> Course {
-    bench.start()?;
+fn f20(tester: &mut Tester) -> Course {
+    tester.start()?;
     for service in [fdl::Service::SdaLow, fdl::Service::SdaHigh] {
-        let mut request = bench.request(bench.owner(), Service::SlaveDiag, &[]);
+        let mut request = tester.request(tester.owner(), Service::SlaveDiag, &[]);
         request.service = service;
-        let answer = bench.ask(&request)?;
+        let answer = tester.ask(&request)?;
         if !answer.is_status(ReplyStatus::NotActivated) {
             return broken(format!("SDA to SAP 60 is answered with {}, expected RS", answer.words()));
         }
     }
-    bench.still_exchanges("SDA")
+    tester.still_exchanges("SDA")
 }
 
 /// Set_Prm that fills a telegram.
 const LONGEST_PRM: usize = 244;
 
-fn f21(bench: &mut Bench) -> Course {
-    let mut octets = bench.prm().octets();
+fn f21(tester: &mut Tester) -> Course {
+    let mut octets = tester.prm().octets();
     octets.resize(LONGEST_PRM, 0);
-    bench.acknowledged(Service::SetPrm, &octets)?;
-    bench.diag().map(|_| ())
+    tester.acknowledged(Service::SetPrm, &octets)?;
+    tester.diag().map(|_| ())
 }
 
-fn f22(bench: &mut Bench) -> Course {
-    bench.start()?;
+fn f22(tester: &mut Tester) -> Course {
+    tester.start()?;
     for service in [Service::DataExchange, Service::SlaveDiag] {
-        let data = if service == Service::DataExchange { bench.zeros() } else { Vec::new() };
-        bench.serve(bench.owner(), service, &data)?;
-        let echo = bench.last_reply.clone();
-        bench.unanswered(bench.slave(), &echo, &format!("its own reply to {}", service.name()))?;
+        let data = if service == Service::DataExchange { tester.zeros() } else { Vec::new() };
+        tester.serve(tester.owner(), service, &data)?;
+        let echo = tester.last_reply.clone();
+        tester.unanswered(tester.slave(), &echo, &format!("its own reply to {}", service.name()))?;
     }
-    bench.still_exchanges("its own replies")
+    tester.still_exchanges("its own replies")
 }
 
 /// How many damaged telegrams are sent.
 const FUZZED: u32 = 200;
 const FUZZED_QUICKLY: u32 = 30;
 
-fn f23(bench: &mut Bench) -> Course {
-    bench.start()?;
-    let (slave, owner) = (bench.slave(), bench.owner());
+fn f23(tester: &mut Tester) -> Course {
+    tester.start()?;
+    let (slave, owner) = (tester.slave(), tester.owner());
     let mut chance = Random::new(23);
-    let zeros = bench.zeros();
+    let zeros = tester.zeros();
     let good = [
         Request::status(slave, owner).octets(),
         Request::of(slave, owner, Service::SlaveDiag, FrameCount::First, &[]).octets(),
         Request::of(slave, owner, Service::DataExchange, FrameCount::First, &zeros).octets(),
-        Request::of(slave, owner, Service::SetPrm, FrameCount::First, &bench.prm().octets()).octets(),
+        Request::of(slave, owner, Service::SetPrm, FrameCount::First, &tester.prm().octets()).octets(),
     ];
-    let rounds = if bench.setup.quick { FUZZED_QUICKLY } else { FUZZED };
+    let rounds = if tester.setup.quick { FUZZED_QUICKLY } else { FUZZED };
     for round in 0..rounds {
         let mut octets = match good.get(chance.below(good.len() * 2)) {
             Some(good) => good.clone(),
@@ -412,10 +412,10 @@ fn f23(bench: &mut Bench) -> Course {
         if is_heard(&octets) {
             continue;
         }
-        bench.unanswered(owner, &octets, &format!("damaged telegram {round}"))?;
-        bench.wire.recover()?;
+        tester.unanswered(owner, &octets, &format!("damaged telegram {round}"))?;
+        tester.wire.recover()?;
     }
-    bench.still_exchanges("damaged telegrams")
+    tester.still_exchanges("damaged telegrams")
 }
 
 /// Whether octets that were damaged have a telegram in them all the same.

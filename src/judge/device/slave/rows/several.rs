@@ -2,12 +2,12 @@
 
 use super::{row, softer};
 use crate::judge::device::row::{By, Group};
-use crate::judge::device::slave::Bench;
+use crate::judge::device::slave::Tester;
 use crate::judge::requirement::Confidence::C;
 
 const WHY: &str = "one slave is judged";
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "Several slaves in one device",
     rows: &[
         softer(

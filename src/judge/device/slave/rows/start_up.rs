@@ -3,10 +3,10 @@
 use super::row;
 use crate::judge::device::course::{Course, broken, missed};
 use crate::judge::device::row::{By, Group};
-use crate::judge::device::slave::Bench;
+use crate::judge::device::slave::Tester;
 use crate::profibus::dp::DiagBit;
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "Start-up",
     rows: &[
         row(
@@ -33,24 +33,24 @@ pub(super) const GROUP: Group<Bench> = Group {
     ],
 };
 
-fn p01(bench: &mut Bench) -> Course {
-    bench.leads_to_exchange(parameterised)
+fn p01(tester: &mut Tester) -> Course {
+    tester.leads_to_exchange(parameterised)
 }
 
-fn g01(bench: &mut Bench) -> Course {
-    bench.leads_to_exchange(configured)
+fn g01(tester: &mut Tester) -> Course {
+    tester.leads_to_exchange(configured)
 }
 
-fn x01(bench: &mut Bench) -> Course {
-    bench.leads_to_exchange(exchanged)
+fn x01(tester: &mut Tester) -> Course {
+    tester.leads_to_exchange(exchanged)
 }
 
-fn parameterised(bench: &mut Bench) -> Course {
-    let prm = bench.prm().watched([100, 10]);
-    bench.set_prm(&prm)?;
-    let diagnosis = bench.diag()?;
-    let has_prm = bench.setup.gsd.is_some() || bench.setup.prm.is_some();
-    if diagnosis.is(DiagBit::PrmFault) && !has_prm && diagnosis.ident() == bench.ident {
+fn parameterised(tester: &mut Tester) -> Course {
+    let prm = tester.prm().watched([100, 10]);
+    tester.set_prm(&prm)?;
+    let diagnosis = tester.diag()?;
+    let has_prm = tester.setup.gsd.is_some() || tester.setup.prm.is_some();
+    if diagnosis.is(DiagBit::PrmFault) && !has_prm && diagnosis.ident() == tester.ident {
         return missed("it accepts no Set_Prm without user parameters; give them with gsd= or prm=");
     }
     let wrong = [DiagBit::PrmReq, DiagBit::PrmFault, DiagBit::NotSupported];
@@ -60,21 +60,21 @@ fn parameterised(bench: &mut Bench) -> Course {
     if !diagnosis.is(DiagBit::WdOn) {
         return broken("WD_On of the diagnosis is 0 after a Set_Prm with watchdog");
     }
-    if diagnosis.master() != bench.owner() {
-        return broken(format!("Master_Add is {}, expected {}", diagnosis.master(), bench.owner()));
+    if diagnosis.master() != tester.owner() {
+        return broken(format!("Master_Add is {}, expected {}", diagnosis.master(), tester.owner()));
     }
     Ok(())
 }
 
-fn configured(bench: &mut Bench) -> Course {
-    let prm = bench.prm();
-    bench.set_prm(&prm)?;
-    bench.chk_cfg()?;
-    bench.ready().map(|_| ())
+fn configured(tester: &mut Tester) -> Course {
+    let prm = tester.prm();
+    tester.set_prm(&prm)?;
+    tester.chk_cfg()?;
+    tester.ready().map(|_| ())
 }
 
-fn exchanged(bench: &mut Bench) -> Course {
-    let prm = bench.prm();
-    bench.start_with(&prm)?;
-    bench.exchanged_zeros().map(|_| ())
+fn exchanged(tester: &mut Tester) -> Course {
+    let prm = tester.prm();
+    tester.start_with(&prm)?;
+    tester.exchanged_zeros().map(|_| ())
 }

@@ -3,11 +3,11 @@
 use super::{row, softer};
 use crate::judge::device::course::{Course, inapplicable};
 use crate::judge::device::row::{By, Group};
-use crate::judge::device::slave::Bench;
+use crate::judge::device::slave::Tester;
 use crate::judge::device::slave::wire::Sight;
 use crate::judge::requirement::Confidence::{B, C};
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "Times",
     rows: &[
         row(
@@ -49,32 +49,32 @@ pub(super) const GROUP: Group<Bench> = Group {
     ],
 };
 
-fn t01(bench: &mut Bench) -> Course {
-    if bench.wire.sight == Sight::Untimed {
+fn t01(tester: &mut Tester) -> Course {
+    if tester.wire.sight == Sight::Untimed {
         return inapplicable("needs a real line or virtual time: no bit times are seen on this link");
     }
-    bench.watched("S-T01", "nothing was answered")
+    tester.watched("S-T01", "nothing was answered")
 }
 
-fn t02(bench: &mut Bench) -> Course {
-    bench.watched("S-T02", "nothing was answered")
+fn t02(tester: &mut Tester) -> Course {
+    tester.watched("S-T02", "nothing was answered")
 }
 
-fn t03(bench: &mut Bench) -> Course {
-    if bench.wire.sight != Sight::Untimed {
+fn t03(tester: &mut Tester) -> Course {
+    if tester.wire.sight != Sight::Untimed {
         return inapplicable("S-T01 and S-T02 judge the times of this line");
     }
-    bench.watched("S-T03", "nothing was answered")
+    tester.watched("S-T03", "nothing was answered")
 }
 
 /// How many in a row.
 const FAST: u32 = 200;
 const FAST_QUICKLY: u32 = 50;
 
-fn t04(bench: &mut Bench) -> Course {
-    bench.start()?;
-    for _ in 0..if bench.setup.quick { FAST_QUICKLY } else { FAST } {
-        bench.exchanged_zeros()?;
+fn t04(tester: &mut Tester) -> Course {
+    tester.start()?;
+    for _ in 0..if tester.setup.quick { FAST_QUICKLY } else { FAST } {
+        tester.exchanged_zeros()?;
     }
     Ok(())
 }

@@ -3,17 +3,17 @@
 use super::{row, softer};
 use crate::judge::device::course::{Course, broken, inapplicable};
 use crate::judge::device::row::{By, Group};
-use crate::judge::device::slave::Bench;
+use crate::judge::device::slave::Tester;
 use crate::judge::device::slave::answer::NO_MASTER;
-use crate::judge::device::slave::bench::Prm;
 use crate::judge::device::slave::request::Request;
+use crate::judge::device::slave::tester::Prm;
 use crate::judge::device::slave::wire::Sight;
 use crate::judge::requirement::Confidence::B;
 use crate::profibus::dp::{DiagBit, Service};
 use crate::profibus::fdl::FrameCount;
 use core::time::Duration;
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "Watchdog and bus events",
     rows: &[
         row(
@@ -98,15 +98,15 @@ pub(super) const GROUP: Group<Bench> = Group {
 const FACTORS: [u8; 2] = [10, 1];
 
 /// In data exchange with this watchdog.
-fn with_watchdog(bench: &mut Bench, factors: [u8; 2]) -> Course<Duration> {
-    let prm = bench.prm().watched(factors);
-    bench.begin_with(&prm)?;
+fn with_watchdog(tester: &mut Tester, factors: [u8; 2]) -> Course<Duration> {
+    let prm = tester.prm().watched(factors);
+    tester.begin_with(&prm)?;
     Ok(prm.watchdog())
 }
 
 /// The diagnosis of a slave that its master has left.
-fn has_left(bench: &mut Bench, after: &str) -> Course {
-    let diagnosis = bench.waits_for_prm(after)?;
+fn has_left(tester: &mut Tester, after: &str) -> Course {
+    let diagnosis = tester.waits_for_prm(after)?;
     let wrong = [DiagBit::WdOn, DiagBit::PrmFault, DiagBit::CfgFault];
     if wrong.iter().any(|bit| diagnosis.is(*bit)) || !diagnosis.is(DiagBit::StationNotReady) {
         return broken(format!("after {after} the diagnosis says {}", diagnosis.words()));
@@ -118,143 +118,144 @@ fn has_left(bench: &mut Bench, after: &str) -> Course {
 }
 
 /// Longer than a watchdog of this time may take.
-pub(super) fn over(bench: &Bench, watchdog: Duration) -> Duration {
-    let margin = match bench.wire.sight {
+pub(super) fn over(tester: &Tester, watchdog: Duration) -> Duration {
+    let margin = match tester.wire.sight {
         Sight::Exact => Duration::from_millis(1),
         Sight::Measured | Sight::Untimed => Duration::from_millis(50),
     };
     watchdog + watchdog / 5 + margin
 }
 
-fn w01(bench: &mut Bench) -> Course {
-    let watchdog = with_watchdog(bench, FACTORS)?;
-    let sees_outputs = bench.lengths.outputs > 0 && bench.setup.moves_allowed;
-    let pattern = bench.pattern(0x55);
+fn w01(tester: &mut Tester) -> Course {
+    let watchdog = with_watchdog(tester, FACTORS)?;
+    let sees_outputs = tester.lengths.outputs > 0 && tester.setup.moves_allowed;
+    let pattern = tester.pattern(0x55);
     if sees_outputs {
-        bench.exchanged(&pattern)?;
+        tester.exchanged(&pattern)?;
     }
-    bench.pause(over(bench, watchdog))?;
-    has_left(bench, "the watchdog time")?;
+    tester.pause(over(tester, watchdog))?;
+    has_left(tester, "the watchdog time")?;
     if sees_outputs {
-        let prm = bench.prm();
-        bench.set_prm(&prm)?;
-        bench.chk_cfg()?;
-        bench.ready()?;
-        let zeros = bench.zeros();
-        match bench.outputs_are(&zeros, "after the watchdog has expired and a new start-up") {
+        let prm = tester.prm();
+        tester.set_prm(&prm)?;
+        tester.chk_cfg()?;
+        tester.ready()?;
+        let zeros = tester.zeros();
+        match tester.outputs_are(&zeros, "after the watchdog has expired and a new start-up") {
             // Whoever cannot show his outputs is not accused.
             Err(crate::judge::device::course::Halt::Missed(_)) => {}
             course => course?,
         }
-        bench.exchanged(&zeros)?;
+        tester.exchanged(&zeros)?;
     }
     Ok(())
 }
 
-fn w02(bench: &mut Bench) -> Course {
-    bench.start()?;
-    let pattern = bench.pattern(0x55);
-    let sees_outputs = bench.lengths.outputs > 0 && bench.setup.moves_allowed;
+fn w02(tester: &mut Tester) -> Course {
+    tester.start()?;
+    let pattern = tester.pattern(0x55);
+    let sees_outputs = tester.lengths.outputs > 0 && tester.setup.moves_allowed;
     if sees_outputs {
-        bench.exchanged(&pattern)?;
+        tester.exchanged(&pattern)?;
     }
-    let time = if bench.setup.quick { 300 } else { 1500 };
-    bench.pause(Duration::from_millis(time))?;
+    let time = if tester.setup.quick { 300 } else { 1500 };
+    tester.pause(Duration::from_millis(time))?;
     if sees_outputs {
-        match bench.outputs_are(&pattern, "after a pause without watchdog") {
+        match tester.outputs_are(&pattern, "after a pause without watchdog") {
             Err(crate::judge::device::course::Halt::Missed(_)) => {}
             course => course?,
         }
     }
-    bench.still_exchanges("a pause without watchdog")
+    tester.still_exchanges("a pause without watchdog")
 }
 
-fn w03(bench: &mut Bench) -> Course {
-    let watchdog = with_watchdog(bench, FACTORS)?;
-    let (slave, other, owner, nobody) = (bench.slave(), bench.other(), bench.owner(), bench.setup.nobody());
-    let begun = bench.wire.now();
-    let until = begun.saturating_add(over(bench, watchdog));
-    while bench.wire.now() < until {
-        bench.diag_of(other)?;
+fn w03(tester: &mut Tester) -> Course {
+    let watchdog = with_watchdog(tester, FACTORS)?;
+    let (slave, other, owner, nobody) =
+        (tester.slave(), tester.other(), tester.owner(), tester.setup.nobody());
+    let begun = tester.wire.now();
+    let until = begun.saturating_add(over(tester, watchdog));
+    while tester.wire.now() < until {
+        tester.diag_of(other)?;
         for request in [
             Request::status(nobody, owner),
             Request::of(nobody, owner, Service::SlaveDiag, FrameCount::First, &[]),
             Request::of(slave, nobody, Service::GetCfg, FrameCount::First, &[]),
         ] {
             if request.da == slave {
-                bench.must_answer(&request)?;
+                tester.must_answer(&request)?;
             } else {
                 let side = crate::judge::moment::Side::Master;
-                bench.wire.send(&request.octets(), side)?;
-                bench.wire.pass(bench.wire.now().saturating_add(Duration::from_millis(3)))?;
+                tester.wire.send(&request.octets(), side)?;
+                tester.wire.pass(tester.wire.now().saturating_add(Duration::from_millis(3)))?;
             }
         }
     }
-    let diagnosis = bench.diag_of(other)?;
+    let diagnosis = tester.diag_of(other)?;
     if diagnosis.is(DiagBit::PrmReq) {
         return Ok(());
     }
     broken(format!(
         "its master is silent for {} ms with a watchdog of {} ms, and the diagnosis says {}",
-        bench.wire.now().saturating_since(begun).as_millis(),
+        tester.wire.now().saturating_since(begun).as_millis(),
         watchdog.as_millis(),
         diagnosis.words()
     ))
 }
 
-fn w04(bench: &mut Bench) -> Course {
-    let pairs: &[[u8; 2]] = match (bench.wire.sight, bench.setup.quick) {
+fn w04(tester: &mut Tester) -> Course {
+    let pairs: &[[u8; 2]] = match (tester.wire.sight, tester.setup.quick) {
         (Sight::Exact, false) => &[[1, 1], [1, 255], [255, 1], [255, 255], [7, 9]],
         (Sight::Exact | Sight::Measured | Sight::Untimed, true) => &[[1, 20]],
         (Sight::Measured | Sight::Untimed, false) => &[[1, 20], [20, 1], [7, 9]],
     };
     for factors in pairs {
-        let watchdog = with_watchdog(bench, *factors)?;
+        let watchdog = with_watchdog(tester, *factors)?;
         let words = format!("{} times {}", factors[0], factors[1]);
-        bench.exchanged_zeros()?;
-        bench.pause(watchdog * 4 / 5)?;
-        bench.still_exchanges(&format!("four fifths of a watchdog of {words}"))?;
-        bench.pause(over(bench, watchdog))?;
-        bench.waits_for_prm(&format!("a watchdog of {words}"))?;
+        tester.exchanged_zeros()?;
+        tester.pause(watchdog * 4 / 5)?;
+        tester.still_exchanges(&format!("four fifths of a watchdog of {words}"))?;
+        tester.pause(over(tester, watchdog))?;
+        tester.waits_for_prm(&format!("a watchdog of {words}"))?;
     }
     Ok(())
 }
 
-fn w05(bench: &mut Bench) -> Course {
-    if !bench.is_attended() {
+fn w05(tester: &mut Tester) -> Course {
+    if !tester.is_attended() {
         return inapplicable("needs --ask: power-cycle");
     }
-    bench.start()?;
-    bench.power_cycle()?;
-    bench.waits_for_prm("a power cycle")?;
-    bench.must_start()
+    tester.start()?;
+    tester.power_cycle()?;
+    tester.waits_for_prm("a power cycle")?;
+    tester.must_start()
 }
 
-fn w06(bench: &mut Bench) -> Course {
-    let watchdog = with_watchdog(bench, FACTORS)?;
+fn w06(tester: &mut Tester) -> Course {
+    let watchdog = with_watchdog(tester, FACTORS)?;
     for _ in 0..3 {
-        bench.pause(watchdog / 2)?;
-        bench.still_exchanges("half of the watchdog time")?;
+        tester.pause(watchdog / 2)?;
+        tester.still_exchanges("half of the watchdog time")?;
     }
-    bench.pause(watchdog * 2)?;
-    bench.waits_for_prm("twice the watchdog time")?;
-    bench.must_start()
+    tester.pause(watchdog * 2)?;
+    tester.waits_for_prm("twice the watchdog time")?;
+    tester.must_start()
 }
 
-fn w07(bench: &mut Bench) -> Course {
-    bench.start()?;
-    let (owner, other, prm) = (bench.owner(), bench.other(), bench.prm());
-    bench.pause(Duration::from_millis(300))?;
-    bench.serve(other, Service::SetPrm, &prm.octets())?;
-    let diagnosis = bench.diag_of(other)?;
+fn w07(tester: &mut Tester) -> Course {
+    tester.start()?;
+    let (owner, other, prm) = (tester.owner(), tester.other(), tester.prm());
+    tester.pause(Duration::from_millis(300))?;
+    tester.serve(other, Service::SetPrm, &prm.octets())?;
+    let diagnosis = tester.diag_of(other)?;
     if diagnosis.master() != owner {
         return broken(format!("master {other} takes it from a silent master: {}", diagnosis.words()));
     }
-    bench.still_exchanges("a Set_Prm of another master after a pause")?;
-    let unlock = Prm::unlock(bench.ident, bench.setup.user_prm());
-    bench.set_prm(&unlock)?;
-    bench.serve(other, Service::SetPrm, &prm.octets())?;
-    let diagnosis = bench.diag_of(other)?;
+    tester.still_exchanges("a Set_Prm of another master after a pause")?;
+    let unlock = Prm::unlock(tester.ident, tester.setup.user_prm());
+    tester.set_prm(&unlock)?;
+    tester.serve(other, Service::SetPrm, &prm.octets())?;
+    let diagnosis = tester.diag_of(other)?;
     if diagnosis.master() == other {
         return Ok(());
     }

@@ -10,7 +10,7 @@ use crate::can_bus::canopen::NmtState;
 use crate::judge::device::node::pdo::{Pdo, Way};
 use crate::judge::requirement::Confidence::{B, U};
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "Cyclic modes of drives",
     rows: &[
         sure(
@@ -112,35 +112,35 @@ struct Carrier {
 }
 
 impl Carrier {
-    fn send(&mut self, bench: &mut Bench, number: i32) -> Course {
+    fn send(&mut self, tester: &mut Tester, number: i32) -> Course {
         if let Some(place) = self.octets.get_mut(self.place.clone()) {
             place.iter_mut().zip(number.to_le_bytes()).for_each(|(to, octet)| *to = octet);
         }
-        bench.send(self.id, &self.octets)
+        tester.send(self.id, &self.octets)
     }
 
     /// A set-point with its SYNC, and the rest of the cycle.
-    fn cycle(&mut self, bench: &mut Bench, number: i32, time: Duration) -> Course {
-        let end = bench.wire.now().saturating_add(time);
-        self.send(bench, number)?;
-        bench.sync()?;
-        bench.collect(end.saturating_since(bench.wire.now())).map(drop)
+    fn cycle(&mut self, tester: &mut Tester, number: i32, time: Duration) -> Course {
+        let end = tester.wire.now().saturating_add(time);
+        self.send(tester, number)?;
+        tester.sync()?;
+        tester.collect(end.saturating_since(tester.wire.now())).map(drop)
     }
 }
 
 /// The RPDO for an object: one that maps it, or one that is mapped so.
-fn carrier(bench: &mut Bench, target: Address) -> Course<Carrier> {
+fn carrier(tester: &mut Tester, target: Address) -> Course<Carrier> {
     let (index, sub) = (target.index.0, target.sub.0);
-    let bits = bench.value(index, sub)?.len() * 8;
+    let bits = tester.value(index, sub)?.len() * 8;
     let entry = u32::from(index) << 16 | u32::from(sub) << 8 | u32::try_from(bits).unwrap_or_default();
-    let pdos = bench.pdos(Way::Received)?;
+    let pdos = tester.pdos(Way::Received)?;
     let maps = pdos.iter().find(|pdo| pdo.entries.contains(&entry)).cloned();
     let pdo = match maps {
         Some(pdo) => pdo,
         None => {
             let mut mapped = None;
             for pdo in pdos {
-                if bench.is_writable(pdo.mapping(), 0)? && bench.maps(&pdo, entry)? {
+                if tester.is_writable(pdo.mapping(), 0)? && tester.maps(&pdo, entry)? {
                     mapped = Some(pdo.of(entry));
                     break;
                 }
@@ -151,8 +151,8 @@ fn carrier(bench: &mut Bench, target: Address) -> Course<Carrier> {
             }
         }
     };
-    let id = bench.switch_on(&pdo, 1)?;
-    let octets = bench.shown_by_sdo(&pdo)?;
+    let id = tester.switch_on(&pdo, 1)?;
+    let octets = tester.shown_by_sdo(&pdo)?;
     let place = pdo.places().unwrap_or_default().into_iter().find(|(at, _)| *at == target);
     match (octets, place) {
         (Some(octets), Some((_, place))) => Ok(Carrier { pdo, id, octets, place }),
@@ -161,46 +161,46 @@ fn carrier(bench: &mut Bench, target: Address) -> Course<Carrier> {
 }
 
 /// Sets 60C2h to so many ms, if it is there: the time that it has then.
-fn cycle_time(bench: &mut Bench, millis: u8) -> Course<Option<Duration>> {
-    if !bench.is_writable(0x60C2, 1)? {
+fn cycle_time(tester: &mut Tester, millis: u8) -> Course<Option<Duration>> {
+    if !tester.is_writable(0x60C2, 1)? {
         return Ok(None);
     }
-    let exponent = bench.number_if(0x60C2, 2)?.unwrap_or(0xFD);
-    let taken = exponent == 0xFD || try_put(bench, 0x60C2, 2, -3)?.is_ok();
-    let taken = taken && try_put(bench, 0x60C2, 1, millis.into())?.is_ok();
+    let exponent = tester.number_if(0x60C2, 2)?.unwrap_or(0xFD);
+    let taken = exponent == 0xFD || try_put(tester, 0x60C2, 2, -3)?.is_ok();
+    let taken = taken && try_put(tester, 0x60C2, 1, millis.into())?.is_ok();
     Ok(taken.then(|| Duration::from_millis(millis.into())))
 }
 
 /// Enabled in that mode, with an RPDO for its set-points, and where it begins.
-fn begun(bench: &mut Bench, cycle: &Cycle) -> Course<(Carrier, i32)> {
-    a_drive(bench)?;
-    bench.may_move()?;
-    if !offers(bench, cycle.mode, &[cycle.target, cycle.actual])? {
+fn begun(tester: &mut Tester, cycle: &Cycle) -> Course<(Carrier, i32)> {
+    a_drive(tester)?;
+    tester.may_move()?;
+    if !offers(tester, cycle.mode, &[cycle.target, cycle.actual])? {
         return inapplicable(format!("6502h does not offer mode {}", cycle.mode));
     }
-    bench.enter(NmtState::PreOperational)?;
-    if cycle.is_of_positions() && bench.value(cycle.target, cycle.sub)?.len() != 4 {
+    tester.enter(NmtState::PreOperational)?;
+    if cycle.is_of_positions() && tester.value(cycle.target, cycle.sub)?.len() != 4 {
         return inapplicable(format!("{:04X}h:{} is no position of 32 bits", cycle.target, cycle.sub));
     }
-    let mut carrier = carrier(bench, Address::new(cycle.target, cycle.sub))?;
-    in_mode(bench, cycle.mode, &[])?;
-    let from = if cycle.is_of_positions() { signed(bench, cycle.actual)? } else { 0 };
-    put(bench, cycle.target, cycle.sub, from)?;
-    enabled(bench)?;
+    let mut carrier = carrier(tester, Address::new(cycle.target, cycle.sub))?;
+    in_mode(tester, cycle.mode, &[])?;
+    let from = if cycle.is_of_positions() { signed(tester, cycle.actual)? } else { 0 };
+    put(tester, cycle.target, cycle.sub, from)?;
+    enabled(tester)?;
     if cycle.word != 0 {
-        let word = bench.number(0x6041, 0)?;
+        let word = tester.number(0x6041, 0)?;
         if word & 0x1000 != 0 {
             let why = format!("6041h is {word:04X}h without bit 4 of 6040h, expected bit 12 = 0");
-            over(bench, broken(why))?;
+            over(tester, broken(why))?;
         }
-        control(bench, 0x0F | cycle.word)?;
+        control(tester, 0x0F | cycle.word)?;
     }
     // A control word beside the set-point is that of an enabled drive now.
-    if let Some(octets) = bench.shown_by_sdo(&carrier.pdo)? {
+    if let Some(octets) = tester.shown_by_sdo(&carrier.pdo)? {
         carrier.octets = octets;
     }
     for _ in 0..3 {
-        carrier.cycle(bench, from, CYCLE)?;
+        carrier.cycle(tester, from, CYCLE)?;
     }
     Ok((carrier, from))
 }
@@ -208,24 +208,24 @@ fn begun(bench: &mut Bench, cycle: &Cycle) -> Course<(Carrier, i32)> {
 const CYCLE: Duration = Duration::from_millis(10);
 
 /// What is followed with each SYNC.
-fn follows(bench: &mut Bench, cycle: &Cycle) -> Course {
+fn follows(tester: &mut Tester, cycle: &Cycle) -> Course {
     // A drive without it, or with another time in it, follows the cycle that comes.
-    cycle_time(bench, 10)?;
-    let (mut carrier, from) = begun(bench, cycle)?;
+    cycle_time(tester, 10)?;
+    let (mut carrier, from) = begun(tester, cycle)?;
     let (target, actual) = (cycle.target, cycle.actual);
     let steps = (|| {
         let mut to = from;
         for _ in 0..cycle.count {
             to = to.saturating_add(cycle.step);
-            carrier.cycle(bench, to, CYCLE)?;
+            carrier.cycle(tester, to, CYCLE)?;
         }
-        let off = still(bench, &mut carrier, actual, to)?;
+        let off = still(tester, &mut carrier, actual, to)?;
         if off > cycle.tolerance {
             return broken(format!(
                 "{target:04X}h came to {to} with a SYNC each 10 ms, and {actual:04X}h is {off} off"
             ));
         }
-        if bench.number(0x6041, 0)? & 0x1000 == 0 {
+        if tester.number(0x6041, 0)? & 0x1000 == 0 {
             return broken("bit 12 of 6041h is 0: the drive does not follow the command");
         }
         // Without its SYNC a drive may end an interpolation.
@@ -233,15 +233,15 @@ fn follows(bench: &mut Bench, cycle: &Cycle) -> Course {
             return Ok(());
         }
         let beyond = to.saturating_sub(2 * cycle.step);
-        let before = signed(bench, actual)?;
-        carrier.send(bench, beyond)?;
-        let early = bench.collect(CYCLE * 5).and_then(|_| signed(bench, actual))?;
+        let before = signed(tester, actual)?;
+        carrier.send(tester, beyond)?;
+        let early = tester.collect(CYCLE * 5).and_then(|_| signed(tester, actual))?;
         if (early - before).abs() > cycle.tolerance {
             return broken(format!(
                 "a set-point of {target:04X}h acts before its SYNC: {actual:04X}h went from {before} to {early}"
             ));
         }
-        let off = still(bench, &mut carrier, actual, beyond)?;
+        let off = still(tester, &mut carrier, actual, beyond)?;
         if off > cycle.tolerance {
             return broken(format!(
                 "{target:04X}h is {beyond}, and {actual:04X}h is {off} off after 10 SYNCs"
@@ -249,44 +249,44 @@ fn follows(bench: &mut Bench, cycle: &Cycle) -> Course {
         }
         Ok(())
     })();
-    let rest = if cycle.is_of_positions() { signed(bench, actual) } else { Ok(0) };
+    let rest = if cycle.is_of_positions() { signed(tester, actual) } else { Ok(0) };
     if let Ok(rest) = rest {
-        carrier.cycle(bench, rest, CYCLE)?;
+        carrier.cycle(tester, rest, CYCLE)?;
     }
-    over(bench, steps)
+    over(tester, steps)
 }
 
 /// How far the actual value is off after some cycles with the same set-point.
-fn still(bench: &mut Bench, carrier: &mut Carrier, actual: u16, to: i32) -> Course<i32> {
+fn still(tester: &mut Tester, carrier: &mut Carrier, actual: u16, to: i32) -> Course<i32> {
     for _ in 0..10 {
-        carrier.cycle(bench, to, CYCLE)?;
+        carrier.cycle(tester, to, CYCLE)?;
     }
-    Ok((signed(bench, actual)? - to).abs())
+    Ok((signed(tester, actual)? - to).abs())
 }
 
-fn d13(bench: &mut Bench) -> Course {
-    follows(bench, &POSITION)
+fn d13(tester: &mut Tester) -> Course {
+    follows(tester, &POSITION)
 }
 
-fn d14(bench: &mut Bench) -> Course {
+fn d14(tester: &mut Tester) -> Course {
     const WAY: i32 = 100;
     let time = Duration::from_millis(100);
-    a_drive(bench)?;
-    bench.may_move()?;
-    if !offers(bench, POSITION.mode, &[])? || cycle_time(bench, 100)?.is_none() {
+    a_drive(tester)?;
+    tester.may_move()?;
+    if !offers(tester, POSITION.mode, &[])? || cycle_time(tester, 100)?.is_none() {
         return inapplicable("it has no mode 8, or 60C2h does not take 100 ms");
     }
-    let (mut carrier, from) = begun(bench, &POSITION)?;
+    let (mut carrier, from) = begun(tester, &POSITION)?;
     let mut to = from;
     let steps = (|| {
         for number in 1..=4 {
             to = to.saturating_add(WAY);
-            carrier.send(bench, to)?;
-            bench.sync()?;
-            let begun = bench.wire.now();
-            bench.collect(time / 2)?;
-            let left = to - signed(bench, 0x6064)?;
-            bench.collect(begun.saturating_add(time).saturating_since(bench.wire.now()))?;
+            carrier.send(tester, to)?;
+            tester.sync()?;
+            let begun = tester.wire.now();
+            tester.collect(time / 2)?;
+            let left = to - signed(tester, 0x6064)?;
+            tester.collect(begun.saturating_add(time).saturating_since(tester.wire.now()))?;
             // The first is where the cycle is not known yet.
             if number > 1 && !(WAY / 5..=WAY * 6 / 5).contains(&left) {
                 return broken(format!("half of 60C2h after a SYNC 6064h has {left} of {WAY} left"));
@@ -294,17 +294,17 @@ fn d14(bench: &mut Bench) -> Course {
         }
         Ok(())
     })();
-    over(bench, steps)
+    over(tester, steps)
 }
 
-fn d15(bench: &mut Bench) -> Course {
-    follows(bench, &VELOCITY)
+fn d15(tester: &mut Tester) -> Course {
+    follows(tester, &VELOCITY)
 }
 
-fn d16(bench: &mut Bench) -> Course {
-    follows(bench, &CYCLIC_TORQUE)
+fn d16(tester: &mut Tester) -> Course {
+    follows(tester, &CYCLIC_TORQUE)
 }
 
-fn d32(bench: &mut Bench) -> Course {
-    follows(bench, &INTERPOLATED)
+fn d32(tester: &mut Tester) -> Course {
+    follows(tester, &INTERPOLATED)
 }

@@ -7,7 +7,7 @@ use crate::can_bus::canopen::value::ValueKind;
 use crate::eds::Limit;
 use crate::judge::requirement::Confidence::{B, U};
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "Homing of drives",
     rows: &[
         row(
@@ -64,11 +64,11 @@ fn is_method(number: i32) -> bool {
 }
 
 /// The methods of 60E3h; none without it.
-fn listed(bench: &mut Bench) -> Course<Vec<i32>> {
+fn listed(tester: &mut Tester) -> Course<Vec<i32>> {
     let mut methods = Vec::new();
-    let count = bench.number_if(0x60E3, 0)?.unwrap_or_default();
+    let count = tester.number_if(0x60E3, 0)?.unwrap_or_default();
     for sub in 1..=u8::try_from(count).unwrap_or_default() {
-        let Some(method) = bench.number_if(0x60E3, sub)? else { continue };
+        let Some(method) = tester.number_if(0x60E3, sub)? else { continue };
         let [method, ..] = method.to_le_bytes();
         methods.push(i32::from(method.cast_signed()));
     }
@@ -77,13 +77,13 @@ fn listed(bench: &mut Bench) -> Course<Vec<i32>> {
 }
 
 /// The methods that 60E3h names, else those of CiA 402 within the limits of 6098h.
-fn offered(bench: &mut Bench) -> Course<Vec<i32>> {
-    let listed = listed(bench)?;
+fn offered(tester: &mut Tester) -> Course<Vec<i32>> {
+    let listed = listed(tester)?;
     if !listed.is_empty() {
         return Ok(listed);
     }
-    let node = bench.node();
-    let entry = bench.setup.eds.as_ref().and_then(|eds| eds.entry(0x6098, 0));
+    let node = tester.node();
+    let entry = tester.setup.eds.as_ref().and_then(|eds| eds.entry(0x6098, 0));
     let bound = |limit: Option<&Limit>, otherwise: i128| match limit {
         Some(Limit::Whole(number)) => number.at(node),
         Some(Limit::Real(_)) | None => otherwise,
@@ -97,84 +97,84 @@ fn offered(bench: &mut Bench) -> Course<Vec<i32>> {
     Ok((1..=37).filter(|method| is_method(*method) && (low..=high).contains(&i128::from(*method))).collect())
 }
 
-fn in_homing(bench: &mut Bench) -> Course {
-    in_mode(bench, 6, &[0x6098])?;
-    writable(bench, 0x6098, 0)
+fn in_homing(tester: &mut Tester) -> Course {
+    in_mode(tester, 6, &[0x6098])?;
+    writable(tester, 0x6098, 0)
 }
 
-fn d17(bench: &mut Bench) -> Course {
-    in_homing(bench)?;
-    let offered = offered(bench)?;
+fn d17(tester: &mut Tester) -> Course {
+    in_homing(tester)?;
+    let offered = offered(tester)?;
     let methods: Vec<i32> = HERE.into_iter().filter(|method| offered.contains(method)).collect();
-    let steps = at_once(bench, &methods);
-    over(bench, steps)
+    let steps = at_once(tester, &methods);
+    over(tester, steps)
 }
 
-fn at_once(bench: &mut Bench, methods: &[i32]) -> Course {
+fn at_once(tester: &mut Tester, methods: &[i32]) -> Course {
     let mut tried = 0;
     for method in methods {
-        if try_put(bench, 0x6098, 0, *method)?.is_err() {
+        if try_put(tester, 0x6098, 0, *method)?.is_err() {
             continue;
         }
         tried += 1;
-        let offset = if bench.is_writable(0x607C, 0)? && try_put(bench, 0x607C, 0, 1234 + tried)?.is_ok() {
+        let offset = if tester.is_writable(0x607C, 0)? && try_put(tester, 0x607C, 0, 1234 + tried)?.is_ok() {
             1234 + tried
-        } else if bench.has(0x607C, 0)? {
-            signed(bench, 0x607C)?
+        } else if tester.has(0x607C, 0)? {
+            signed(tester, 0x607C)?
         } else {
             0
         };
-        enabled(bench)?;
-        control(bench, 0x1F)?;
+        enabled(tester)?;
+        control(tester, 0x1F)?;
         let bits = ATTAINED | ERROR | TARGET_REACHED;
-        comes_to(bench, bits, ATTAINED | TARGET_REACHED, &format!("after homing by method {method}"))?;
-        if bench.has(0x6064, 0)? {
-            let position = signed(bench, 0x6064)?;
+        comes_to(tester, bits, ATTAINED | TARGET_REACHED, &format!("after homing by method {method}"))?;
+        if tester.has(0x6064, 0)? {
+            let position = signed(tester, 0x6064)?;
             if (position - offset).abs() > 10 {
                 return broken(format!(
                     "after homing by method {method} 6064h is {position}, and 607Ch is {offset}"
                 ));
             }
         }
-        off(bench)?;
+        off(tester)?;
     }
     if tried == 0 { inapplicable("it has neither method 35 nor 37") } else { Ok(()) }
 }
 
-fn d18(bench: &mut Bench) -> Course {
-    in_homing(bench)?;
-    let mut methods = offered(bench)?;
+fn d18(tester: &mut Tester) -> Course {
+    in_homing(tester)?;
+    let mut methods = offered(tester)?;
     methods.retain(|method| !HERE.contains(method));
     if methods.is_empty() {
         return inapplicable("it has no method that turns anything");
     }
-    let begun = bench.wire.now();
-    let all = match (bench.wire.latency.is_zero(), bench.setup.quick) {
+    let begun = tester.wire.now();
+    let all = match (tester.wire.latency.is_zero(), tester.setup.quick) {
         (true, _) => Duration::MAX,
         (false, true) => ALL / 6,
         (false, false) => ALL,
     };
-    let longest = if bench.wire.latency.is_zero() { LONGEST } else { LONGEST_ON_A_BUS };
-    let longest = if bench.setup.quick { longest / 10 } else { longest };
+    let longest = if tester.wire.latency.is_zero() { LONGEST } else { LONGEST_ON_A_BUS };
+    let longest = if tester.setup.quick { longest / 10 } else { longest };
     for method in methods {
-        let left = all.saturating_sub(bench.wire.now().saturating_since(begun));
+        let left = all.saturating_sub(tester.wire.now().saturating_since(begun));
         if left.is_zero() {
             break;
         }
-        if try_put(bench, 0x6098, 0, method)?.is_ok() {
-            let steps = enabled(bench).and_then(|()| ends(bench, method, longest.min(left)));
-            over(bench, steps)?;
+        if try_put(tester, 0x6098, 0, method)?.is_ok() {
+            let steps = enabled(tester).and_then(|()| ends(tester, method, longest.min(left)));
+            over(tester, steps)?;
         }
     }
     Ok(())
 }
 
 /// A homing ends at rest, by one of its two bits, or nothing is said of it: its switch may be far away.
-fn ends(bench: &mut Bench, method: i32, limit: Duration) -> Course {
-    control(bench, 0x1F)?;
+fn ends(tester: &mut Tester, method: i32, limit: Duration) -> Course {
+    control(tester, 0x1F)?;
     let mut word = 0;
-    let ended = until(bench, limit, |bench| {
-        word = bench.number(0x6041, 0)?;
+    let ended = until(tester, limit, |tester| {
+        word = tester.number(0x6041, 0)?;
         Ok(word & (ATTAINED | ERROR) != 0 && word & TARGET_REACHED != 0)
     })?;
     if word & ATTAINED != 0 && word & ERROR != 0 {
@@ -183,24 +183,24 @@ fn ends(bench: &mut Bench, method: i32, limit: Duration) -> Course {
     if word & CORE != ENABLED & CORE {
         return broken(format!("homing by method {method} ends the operation: 6041h is {word:04X}h"));
     }
-    if ended.is_none() || !bench.has(0x606C, 0)? {
+    if ended.is_none() || !tester.has(0x606C, 0)? {
         return Ok(());
     }
-    let speed = most(bench, 0x606C, Duration::from_millis(20))?;
+    let speed = most(tester, 0x606C, Duration::from_millis(20))?;
     if speed > SPEED / 20 {
         return broken(format!("homing by method {method} has ended, and 606Ch is {speed}"));
     }
     Ok(())
 }
 
-fn d19(bench: &mut Bench) -> Course {
-    in_homing(bench)?;
-    let listed = listed(bench)?;
+fn d19(tester: &mut Tester) -> Course {
+    in_homing(tester)?;
+    let listed = listed(tester)?;
     if listed.is_empty() {
         return inapplicable("it has no 60E3h");
     }
     for method in &listed {
-        if let Err(code) = try_put(bench, 0x6098, 0, *method)? {
+        if let Err(code) = try_put(tester, 0x6098, 0, *method)? {
             return broken(format!(
                 "60E3h names method {method}, and 6098h refuses it with {}",
                 refused(code)
@@ -208,47 +208,47 @@ fn d19(bench: &mut Bench) -> Course {
         }
     }
     let others: Vec<i32> = (1..=37).filter(|method| !listed.contains(method)).take(3).collect();
-    let steps = enabled(bench).and_then(|()| {
+    let steps = enabled(tester).and_then(|()| {
         for method in others {
-            if try_put(bench, 0x6098, 0, method)?.is_err() {
+            if try_put(tester, 0x6098, 0, method)?.is_err() {
                 continue;
             }
-            control(bench, 0x1F)?;
+            control(tester, 0x1F)?;
             let what = format!("after a homing by method {method}, which 60E3h does not name,");
-            comes_to(bench, ATTAINED | ERROR, ERROR, &what)?;
-            control(bench, 0x0F)?;
+            comes_to(tester, ATTAINED | ERROR, ERROR, &what)?;
+            control(tester, 0x0F)?;
         }
         Ok(())
     });
-    over(bench, steps)
+    over(tester, steps)
 }
 
-fn d20(bench: &mut Bench) -> Course {
-    in_homing(bench)?;
-    if !bench.has(0x606C, 0)? {
+fn d20(tester: &mut Tester) -> Course {
+    in_homing(tester)?;
+    if !tester.has(0x606C, 0)? {
         return inapplicable("it lacks 606Ch");
     }
-    let offered = offered(bench)?;
+    let offered = offered(tester)?;
     // Those without a switch of its own first.
     let methods = [33, 34, 17, 18, 1, 2].into_iter().filter(|method| offered.contains(method));
-    let steps = enabled(bench).and_then(|()| {
+    let steps = enabled(tester).and_then(|()| {
         for method in methods {
-            if try_put(bench, 0x6098, 0, method)?.is_err() {
+            if try_put(tester, 0x6098, 0, method)?.is_err() {
                 continue;
             }
-            control(bench, 0x1F)?;
-            let speed = most(bench, 0x606C, Duration::from_millis(100))?;
-            let word = bench.number(0x6041, 0)?;
-            control(bench, 0x0F)?;
+            control(tester, 0x1F)?;
+            let speed = most(tester, 0x606C, Duration::from_millis(100))?;
+            let word = tester.number(0x6041, 0)?;
+            control(tester, 0x0F)?;
             if word & (ATTAINED | ERROR) != 0 || speed == 0 {
                 continue;
             }
-            bench.collect(Duration::from_millis(500))?;
-            let word = bench.number(0x6041, 0)?;
+            tester.collect(Duration::from_millis(500))?;
+            let word = tester.number(0x6041, 0)?;
             if word & ATTAINED != 0 {
                 return broken(format!("homing by method {method} was taken back, and 6041h is {word:04X}h"));
             }
-            let after = most(bench, 0x606C, Duration::from_millis(20))?;
+            let after = most(tester, 0x606C, Duration::from_millis(20))?;
             return if after > speed / 2 {
                 broken(format!(
                     "half a second after homing by method {method} was taken back 606Ch is {after}"
@@ -259,5 +259,5 @@ fn d20(bench: &mut Bench) -> Course {
         }
         inapplicable("no homing lasts so long that it can be taken back")
     });
-    over(bench, steps)
+    over(tester, steps)
 }

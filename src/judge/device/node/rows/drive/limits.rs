@@ -6,7 +6,7 @@ use super::modes::TORQUE;
 use super::*;
 use crate::judge::requirement::Confidence::{B, U};
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "Limits of drives",
     rows: &[
         sure(
@@ -69,46 +69,46 @@ pub(super) const GROUP: Group<Bench> = Group {
     ],
 };
 
-fn d26(bench: &mut Bench) -> Course {
-    in_mode(bench, 3, &[0x60FF, 0x606C])?;
-    writable(bench, 0x607F, 0)?;
+fn d26(tester: &mut Tester) -> Course {
+    in_mode(tester, 3, &[0x60FF, 0x606C])?;
+    writable(tester, 0x607F, 0)?;
     let limit = SPEED / 2;
-    let Ok(()) = try_put(bench, 0x607F, 0, limit)? else {
+    let Ok(()) = try_put(tester, 0x607F, 0, limit)? else {
         return inapplicable(format!("607Fh does not take {limit}"));
     };
-    let steps = enabled(bench).and_then(|()| {
-        if try_put(bench, 0x60FF, 0, SPEED)?.is_err() {
+    let steps = enabled(tester).and_then(|()| {
+        if try_put(tester, 0x60FF, 0, SPEED)?.is_err() {
             return Ok(());
         }
-        let speed = most(bench, 0x606C, Duration::from_millis(500))?;
+        let speed = most(tester, 0x606C, Duration::from_millis(500))?;
         if speed > limit + limit / 5 {
             return broken(format!("607Fh is {limit}, and 606Ch is {speed}"));
         }
         Ok(())
     });
-    let _ = bench.download(Address::new(0x60FF, 0), &[0; 4])?;
-    over(bench, steps)
+    let _ = tester.download(Address::new(0x60FF, 0), &[0; 4])?;
+    over(tester, steps)
 }
 
-fn d27(bench: &mut Bench) -> Course {
-    in_mode(bench, 3, &[0x60FF, 0x606C])?;
-    writable(bench, 0x6080, 0)?;
+fn d27(tester: &mut Tester) -> Course {
+    in_mode(tester, 3, &[0x60FF, 0x606C])?;
+    writable(tester, 0x6080, 0)?;
     // Turns in a minute.
     let limit = 60;
-    let Ok(()) = try_put(bench, 0x6080, 0, limit)? else {
+    let Ok(()) = try_put(tester, 0x6080, 0, limit)? else {
         return inapplicable(format!("6080h does not take {limit}"));
     };
-    let steps = enabled(bench).and_then(|()| {
+    let steps = enabled(tester).and_then(|()| {
         let (mut target, mut speed) = (SPEED, SPEED);
         while speed > target * 9 / 10 {
             target = target.saturating_mul(4);
-            if target > 1 << 28 || try_put(bench, 0x60FF, 0, target)?.is_err() {
+            if target > 1 << 28 || try_put(tester, 0x60FF, 0, target)?.is_err() {
                 return inapplicable("60FFh takes no speed that 6080h = 60 holds back");
             }
-            speed = settled(bench)?;
+            speed = settled(tester)?;
         }
-        put(bench, 0x6080, 0, limit / 2)?;
-        let half = settled(bench)?;
+        put(tester, 0x6080, 0, limit / 2)?;
+        let half = settled(tester)?;
         if (half - speed / 2).abs() > speed / 20 {
             return broken(format!(
                 "606Ch is {speed} with 6080h = {limit}, and {half} with 6080h = {}",
@@ -117,16 +117,16 @@ fn d27(bench: &mut Bench) -> Course {
         }
         Ok(())
     });
-    let _ = bench.download(Address::new(0x60FF, 0), &[0; 4])?;
-    over(bench, steps)
+    let _ = tester.download(Address::new(0x60FF, 0), &[0; 4])?;
+    over(tester, steps)
 }
 
 /// The speed that does not change any more.
-fn settled(bench: &mut Bench) -> Course<i32> {
+fn settled(tester: &mut Tester) -> Course<i32> {
     let mut before = i32::MIN;
     for _ in 0..30 {
-        bench.collect(Duration::from_millis(100))?;
-        let speed = signed(bench, 0x606C)?;
+        tester.collect(Duration::from_millis(100))?;
+        let speed = signed(tester, 0x606C)?;
         if (i64::from(speed) - i64::from(before)).abs() <= i64::from(speed.abs() / 100) {
             return Ok(speed);
         }
@@ -142,14 +142,14 @@ const BEYOND: i32 = 1000;
 const OVERRUN: i32 = 20;
 
 /// Sets 607Dh around where it stands.
-fn limits_around(bench: &mut Bench) -> Course<i32> {
-    writable(bench, 0x607D, 1)?;
-    writable(bench, 0x607D, 2)?;
-    let from = signed(bench, 0x6064)?;
+fn limits_around(tester: &mut Tester) -> Course<i32> {
+    writable(tester, 0x607D, 1)?;
+    writable(tester, 0x607D, 2)?;
+    let from = signed(tester, 0x6064)?;
     let (low, high) = ((1, from - ROOM), (2, from + ROOM));
     // No step of it may have the limits the wrong way round.
     for (sub, limit) in if from > 0 { [high, low] } else { [low, high] } {
-        if let Err(code) = try_put(bench, 0x607D, sub, limit)? {
+        if let Err(code) = try_put(tester, 0x607D, sub, limit)? {
             return inapplicable(format!("607Dh:{sub:02} does not take {limit}: {}", refused(code)));
         }
     }
@@ -157,11 +157,11 @@ fn limits_around(bench: &mut Bench) -> Course<i32> {
 }
 
 /// The position is beyond no limit.
-fn within(bench: &mut Bench, from: i32, what: &str) -> Course {
+fn within(tester: &mut Tester, from: i32, what: &str) -> Course {
     let mut position = from;
-    let time = Duration::from_millis(if bench.setup.quick { 600 } else { 1500 });
-    let passed = until(bench, time, |bench| {
-        position = signed(bench, 0x6064)?;
+    let time = Duration::from_millis(if tester.setup.quick { 600 } else { 1500 });
+    let passed = until(tester, time, |tester| {
+        position = signed(tester, 0x6064)?;
         Ok((position - from).abs() > ROOM + OVERRUN)
     })?;
     match passed {
@@ -172,74 +172,74 @@ fn within(bench: &mut Bench, from: i32, what: &str) -> Course {
     }
 }
 
-fn d28(bench: &mut Bench) -> Course {
-    in_mode(bench, 1, &[0x607A, 0x6064])?;
-    let from = limits_around(bench)?;
-    if bench.number_if(0x6081, 0)? == Some(0) {
-        put(bench, 0x6081, 0, SPEED)?;
+fn d28(tester: &mut Tester) -> Course {
+    in_mode(tester, 1, &[0x607A, 0x6064])?;
+    let from = limits_around(tester)?;
+    if tester.number_if(0x6081, 0)? == Some(0) {
+        put(tester, 0x6081, 0, SPEED)?;
     }
     for target in [from + BEYOND, from - BEYOND] {
-        let steps = enabled(bench).and_then(|()| {
-            if try_put(bench, 0x607A, 0, target)?.is_err() {
+        let steps = enabled(tester).and_then(|()| {
+            if try_put(tester, 0x607A, 0, target)?.is_err() {
                 return Ok(());
             }
-            control(bench, 0x3F)?;
-            within(bench, from, &format!("607Ah is {target}"))
+            control(tester, 0x3F)?;
+            within(tester, from, &format!("607Ah is {target}"))
         });
-        over(bench, steps)?;
+        over(tester, steps)?;
     }
     Ok(())
 }
 
-fn d29(bench: &mut Bench) -> Course {
-    in_mode(bench, 3, &[0x60FF, 0x606C, 0x6064])?;
-    let from = limits_around(bench)?;
-    let steps = enabled(bench).and_then(|()| {
-        if try_put(bench, 0x60FF, 0, SPEED)?.is_err() {
+fn d29(tester: &mut Tester) -> Course {
+    in_mode(tester, 3, &[0x60FF, 0x606C, 0x6064])?;
+    let from = limits_around(tester)?;
+    let steps = enabled(tester).and_then(|()| {
+        if try_put(tester, 0x60FF, 0, SPEED)?.is_err() {
             return Ok(());
         }
-        within(bench, from, "60FFh is 1000")
+        within(tester, from, "60FFh is 1000")
     });
-    let _ = bench.download(Address::new(0x60FF, 0), &[0; 4])?;
-    over(bench, steps)
+    let _ = tester.download(Address::new(0x60FF, 0), &[0; 4])?;
+    over(tester, steps)
 }
 
 /// A travel with this window and time out: the largest following error, and whether it was taken for one.
-fn follow(bench: &mut Bench, window: i32, time_out: i32) -> Course<(i32, bool)> {
+fn follow(tester: &mut Tester, window: i32, time_out: i32) -> Course<(i32, bool)> {
     const FAR: i32 = 5000;
-    put(bench, 0x6065, 0, window)?;
-    if bench.is_writable(0x6066, 0)? {
-        put(bench, 0x6066, 0, time_out)?;
+    put(tester, 0x6065, 0, window)?;
+    if tester.is_writable(0x6066, 0)? {
+        put(tester, 0x6066, 0, time_out)?;
     }
-    off(bench)?;
-    enabled(bench)?;
-    let target = signed(bench, 0x6064)?.saturating_add(FAR);
-    put(bench, 0x607A, 0, target)?;
-    control(bench, 0x1F)?;
+    off(tester)?;
+    enabled(tester)?;
+    let target = signed(tester, 0x6064)?.saturating_add(FAR);
+    put(tester, 0x607A, 0, target)?;
+    control(tester, 0x1F)?;
     let (mut largest, mut is_error) = (0, false);
-    let time = Duration::from_millis(if bench.setup.quick { 400 } else { 1000 });
-    until(bench, time, |bench| {
-        largest = signed(bench, 0x60F4)?.saturating_abs().max(largest);
-        let word = bench.number(0x6041, 0)?;
+    let time = Duration::from_millis(if tester.setup.quick { 400 } else { 1000 });
+    until(tester, time, |tester| {
+        largest = signed(tester, 0x60F4)?.saturating_abs().max(largest);
+        let word = tester.number(0x6041, 0)?;
         is_error = word & 0x2000 != 0 || [0x08, 0x0F].contains(&(word & CORE));
         Ok(is_error || word & TARGET_REACHED != 0)
     })?;
     Ok((largest, is_error))
 }
 
-fn d30(bench: &mut Bench) -> Course {
-    in_mode(bench, 1, &[0x607A, 0x6064, 0x60F4])?;
-    writable(bench, 0x6065, 0)?;
+fn d30(tester: &mut Tester) -> Course {
+    in_mode(tester, 1, &[0x607A, 0x6064, 0x60F4])?;
+    writable(tester, 0x6065, 0)?;
     // With hardly any torque it cannot follow.
-    if bench.is_writable(0x6072, 0)? {
-        let _ = try_put(bench, 0x6072, 0, 10)?;
+    if tester.is_writable(0x6072, 0)? {
+        let _ = try_put(tester, 0x6072, 0, 10)?;
     }
-    let steps = supervised(bench);
-    over(bench, steps)
+    let steps = supervised(tester);
+    over(tester, steps)
 }
 
-fn supervised(bench: &mut Bench) -> Course {
-    let (largest, is_error) = follow(bench, i32::MAX, 0)?;
+fn supervised(tester: &mut Tester) -> Course {
+    let (largest, is_error) = follow(tester, i32::MAX, 0)?;
     if is_error {
         return broken("6065h is 7FFFFFFFh, and a travel ends with a following error");
     }
@@ -247,31 +247,31 @@ fn supervised(bench: &mut Bench) -> Course {
         return inapplicable("it follows so well that 6065h cannot be tried");
     }
     let window = largest / 2;
-    if !follow(bench, window, 0)?.1 {
+    if !follow(tester, window, 0)?.1 {
         return broken(format!("6065h is {window}, and a following error of {largest} is taken for none"));
     }
-    if bench.is_writable(0x6066, 0)? && follow(bench, window, 60_000)?.1 {
+    if tester.is_writable(0x6066, 0)? && follow(tester, window, 60_000)?.1 {
         return broken("6066h is 60000 ms, and a following error of less than a second is taken for one");
     }
     Ok(())
 }
 
-fn d31(bench: &mut Bench) -> Course {
-    in_mode(bench, 4, &[0x6071, 0x6077])?;
-    writable(bench, 0x6072, 0)?;
-    let Ok(()) = try_put(bench, 0x6072, 0, TORQUE)? else {
+fn d31(tester: &mut Tester) -> Course {
+    in_mode(tester, 4, &[0x6071, 0x6077])?;
+    writable(tester, 0x6072, 0)?;
+    let Ok(()) = try_put(tester, 0x6072, 0, TORQUE)? else {
         return inapplicable(format!("6072h does not take {TORQUE}"));
     };
-    let steps = enabled(bench).and_then(|()| {
-        if try_put(bench, 0x6071, 0, TORQUE * 3)?.is_err() {
+    let steps = enabled(tester).and_then(|()| {
+        if try_put(tester, 0x6071, 0, TORQUE * 3)?.is_err() {
             return Ok(());
         }
-        let torque = most(bench, 0x6077, Duration::from_millis(200))?;
-        put(bench, 0x6071, 0, 0)?;
+        let torque = most(tester, 0x6077, Duration::from_millis(200))?;
+        put(tester, 0x6071, 0, 0)?;
         if torque > TORQUE * 3 / 2 {
             return broken(format!("6072h is {TORQUE}, and 6077h is {torque}"));
         }
         Ok(())
     });
-    over(bench, steps)
+    over(tester, steps)
 }

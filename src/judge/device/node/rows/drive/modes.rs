@@ -6,7 +6,7 @@ use super::*;
 use crate::can_bus::cia402::Mode;
 use crate::judge::requirement::Confidence::B;
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "Modes of drives",
     rows: &[
         sure(
@@ -60,22 +60,22 @@ pub(super) const GROUP: Group<Bench> = Group {
     ],
 };
 
-fn d06(bench: &mut Bench) -> Course {
-    a_drive(bench)?;
-    bench.may_move()?;
-    if !bench.has(0x6502, 0)? || !bench.has(0x6060, 0)? || !bench.has(0x6061, 0)? {
+fn d06(tester: &mut Tester) -> Course {
+    a_drive(tester)?;
+    tester.may_move()?;
+    if !tester.has(0x6502, 0)? || !tester.has(0x6060, 0)? || !tester.has(0x6061, 0)? {
         return inapplicable("it lacks 6502h, 6060h or 6061h");
     }
-    let modes = bench.number(0x6502, 0)?;
+    let modes = tester.number(0x6502, 0)?;
     if modes & 0x3FF == 0 {
         return inapplicable("6502h names no mode");
     }
     for mode in (1..=10).filter(|code| Mode::of(*code).is_some()) {
         let shown_of = u64::from(mode.cast_unsigned());
         let offered = modes >> (mode - 1) & 1 == 1;
-        let taken = bench.try_set(0x6060, 0, &mode.to_le_bytes())?;
-        bench.collect(Duration::from_millis(if bench.setup.quick { 30 } else { 100 }))?;
-        let shown = bench.number(0x6061, 0)?;
+        let taken = tester.try_set(0x6060, 0, &mode.to_le_bytes())?;
+        tester.collect(Duration::from_millis(if tester.setup.quick { 30 } else { 100 }))?;
+        let shown = tester.number(0x6061, 0)?;
         match (offered, taken) {
             (true, Err(code)) => {
                 return broken(format!(
@@ -95,62 +95,62 @@ fn d06(bench: &mut Bench) -> Course {
     Ok(())
 }
 
-fn d07(bench: &mut Bench) -> Course {
-    in_mode(bench, 3, &[0x60FF, 0x606C])?;
-    let steps = turn(bench);
-    let _ = bench.download(Address::new(0x60FF, 0), &[0; 4])?;
-    over(bench, steps)
+fn d07(tester: &mut Tester) -> Course {
+    in_mode(tester, 3, &[0x60FF, 0x606C])?;
+    let steps = turn(tester);
+    let _ = tester.download(Address::new(0x60FF, 0), &[0; 4])?;
+    over(tester, steps)
 }
 
-fn turn(bench: &mut Bench) -> Course {
+fn turn(tester: &mut Tester) -> Course {
     // Some drives forget it when they are enabled.
-    enabled(bench)?;
-    bench.set(0x60FF, 0, &SPEED.to_le_bytes())?;
-    velocity(bench, SPEED, "60FFh = 1000")?;
-    control(bench, 0x010F)?;
-    velocity(bench, 0, "halt")
+    enabled(tester)?;
+    tester.set(0x60FF, 0, &SPEED.to_le_bytes())?;
+    velocity(tester, SPEED, "60FFh = 1000")?;
+    control(tester, 0x010F)?;
+    velocity(tester, 0, "halt")
 }
 
-fn d08(bench: &mut Bench) -> Course {
-    in_mode(bench, 1, &[0x607A, 0x6064])?;
-    let steps = travel(bench, 0x0F, 1);
-    over(bench, steps)
+fn d08(tester: &mut Tester) -> Course {
+    in_mode(tester, 1, &[0x607A, 0x6064])?;
+    let steps = travel(tester, 0x0F, 1);
+    over(tester, steps)
 }
 
-fn d10(bench: &mut Bench) -> Course {
-    in_mode(bench, 1, &[0x607A, 0x6064])?;
-    let steps = travel(bench, 0x4F, 2);
-    over(bench, steps)
+fn d10(tester: &mut Tester) -> Course {
+    in_mode(tester, 1, &[0x607A, 0x6064])?;
+    let steps = travel(tester, 0x4F, 2);
+    over(tester, steps)
 }
 
 /// How far a set-point is from the last one.
 const WAY: i32 = 100;
 
 /// So many ways, one after the other. `word`: what the control word has beside the new set-point.
-fn travel(bench: &mut Bench, word: u16, count: i32) -> Course {
+fn travel(tester: &mut Tester, word: u16, count: i32) -> Course {
     const RELATIVE: u16 = 1 << 6;
-    let from = signed(bench, 0x6064)?;
-    if bench.number_if(0x6081, 0)? == Some(0) {
-        bench.set(0x6081, 0, &SPEED.to_le_bytes())?;
+    let from = signed(tester, 0x6064)?;
+    if tester.number_if(0x6081, 0)? == Some(0) {
+        tester.set(0x6081, 0, &SPEED.to_le_bytes())?;
     }
-    enabled(bench)?;
+    enabled(tester)?;
     for number in 1..=count {
         let target = from.saturating_add(WAY * number);
-        put(bench, 0x607A, 0, if word & RELATIVE == 0 { target } else { WAY })?;
-        control(bench, word | 0x10)?;
-        comes_to(bench, 0x1000, 0x1000, "after a new set-point")?;
-        control(bench, word)?;
-        comes_to(bench, 0x1000, 0, "after the set-point was taken back")?;
+        put(tester, 0x607A, 0, if word & RELATIVE == 0 { target } else { WAY })?;
+        control(tester, word | 0x10)?;
+        comes_to(tester, 0x1000, 0x1000, "after a new set-point")?;
+        control(tester, word)?;
+        comes_to(tester, 0x1000, 0, "after the set-point was taken back")?;
         let limit = LONG * 2;
         let reached =
-            until(bench, limit, |bench| Ok(bench.number(0x6041, 0)? & TARGET_REACHED != 0))?.is_some();
+            until(tester, limit, |tester| Ok(tester.number(0x6041, 0)? & TARGET_REACHED != 0))?.is_some();
         if !reached {
             return broken(format!(
                 "target reached (6041h bit 10) does not come within {} s",
                 limit.as_secs()
             ));
         }
-        let position = signed(bench, 0x6064)?;
+        let position = signed(tester, 0x6064)?;
         if (position - target).abs() > 10 {
             return broken(format!("the target is {target}, and 6064h is {position}"));
         }
@@ -162,23 +162,23 @@ fn travel(bench: &mut Bench, word: u16, count: i32) -> Course {
 pub(super) const TORQUE: i32 = 50;
 pub(super) const NEARLY: i32 = 20;
 
-fn d11(bench: &mut Bench) -> Course {
-    in_mode(bench, 4, &[0x6071, 0x6077])?;
-    let steps = enabled(bench).and_then(|()| {
+fn d11(tester: &mut Tester) -> Course {
+    in_mode(tester, 4, &[0x6071, 0x6077])?;
+    let steps = enabled(tester).and_then(|()| {
         for torque in [TORQUE, 0] {
-            put(bench, 0x6071, 0, torque)?;
-            comes_near(bench, 0x6077, torque, NEARLY, &format!("6071h = {torque}"))?;
+            put(tester, 0x6071, 0, torque)?;
+            comes_near(tester, 0x6077, torque, NEARLY, &format!("6071h = {torque}"))?;
         }
         Ok(())
     });
-    over(bench, steps)
+    over(tester, steps)
 }
 
 /// An actual value comes to this.
-fn comes_near(bench: &mut Bench, index: u16, wanted: i32, off: i32, when: &str) -> Course {
+fn comes_near(tester: &mut Tester, index: u16, wanted: i32, off: i32, when: &str) -> Course {
     let mut got = 0;
-    let came = until(bench, PATIENCE, |bench| {
-        got = signed(bench, index)?;
+    let came = until(tester, PATIENCE, |tester| {
+        got = signed(tester, index)?;
         Ok((got - wanted).abs() <= off)
     })?;
     match came {
@@ -187,15 +187,15 @@ fn comes_near(bench: &mut Bench, index: u16, wanted: i32, off: i32, when: &str) 
     }
 }
 
-fn d12(bench: &mut Bench) -> Course {
-    in_mode(bench, 2, &[0x6042, 0x6044])?;
+fn d12(tester: &mut Tester) -> Course {
+    in_mode(tester, 2, &[0x6042, 0x6044])?;
     let rpm = 60;
-    let steps = enabled(bench).and_then(|()| {
-        put(bench, 0x6042, 0, rpm)?;
-        control(bench, 0x7F)?;
-        comes_near(bench, 0x6044, rpm, 5, "6042h = 60 with bits 4 to 6 of 6040h")?;
-        control(bench, 0x3F)?;
-        comes_near(bench, 0x6044, 0, 5, "bit 6 of 6040h was taken back")
+    let steps = enabled(tester).and_then(|()| {
+        put(tester, 0x6042, 0, rpm)?;
+        control(tester, 0x7F)?;
+        comes_near(tester, 0x6044, rpm, 5, "6042h = 60 with bits 4 to 6 of 6040h")?;
+        control(tester, 0x3F)?;
+        comes_near(tester, 0x6044, 0, 5, "bit 6 of 6040h was taken back")
     });
-    over(bench, steps)
+    over(tester, steps)
 }

@@ -5,7 +5,7 @@ use core::time::Duration;
 use super::*;
 use crate::judge::requirement::Confidence::U;
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "Drives of CiA 402",
     rows: &[
         row(
@@ -56,46 +56,46 @@ pub(super) const GROUP: Group<Bench> = Group {
     ],
 };
 
-fn d01(bench: &mut Bench) -> Course {
-    a_drive(bench)?;
-    bench.nmt(&[0x81, bench.node().number()])?;
-    bench.boot_up("reset node")?;
-    bench.collect(bench.silence())?;
-    comes_to(bench, CORE, 0x40, "after a reset of the node")
+fn d01(tester: &mut Tester) -> Course {
+    a_drive(tester)?;
+    tester.nmt(&[0x81, tester.node().number()])?;
+    tester.boot_up("reset node")?;
+    tester.collect(tester.silence())?;
+    comes_to(tester, CORE, 0x40, "after a reset of the node")
 }
 
-fn d02(bench: &mut Bench) -> Course {
-    may_enable(bench)?;
-    let steps = enabled(bench).and_then(|()| {
-        control(bench, 0x07)?;
-        comes_to(bench, STATE, 0x23, "after disable operation")?;
-        control(bench, 0x06)?;
-        comes_to(bench, STATE, 0x21, "after shutdown")
+fn d02(tester: &mut Tester) -> Course {
+    may_enable(tester)?;
+    let steps = enabled(tester).and_then(|()| {
+        control(tester, 0x07)?;
+        comes_to(tester, STATE, 0x23, "after disable operation")?;
+        control(tester, 0x06)?;
+        comes_to(tester, STATE, 0x21, "after shutdown")
     });
     // Whether that does anything is another row.
-    control(bench, 0x0000)?;
+    control(tester, 0x0000)?;
     steps
 }
 
-fn d03(bench: &mut Bench) -> Course {
-    may_enable(bench)?;
+fn d03(tester: &mut Tester) -> Course {
+    may_enable(tester)?;
     for words in [&[0x06][..], &[0x06, 0x07], &[0x06, 0x07, 0x0F]] {
         for word in words {
-            control(bench, *word)?;
-            bench.collect(Duration::from_millis(50))?;
+            control(tester, *word)?;
+            tester.collect(Duration::from_millis(50))?;
         }
-        off(bench)?;
+        off(tester)?;
     }
     Ok(())
 }
 
-fn d04(bench: &mut Bench) -> Course {
-    may_enable(bench)?;
-    let steps = enabled(bench).and_then(|()| {
-        control(bench, 0x02)?;
+fn d04(tester: &mut Tester) -> Course {
+    may_enable(tester)?;
+    let steps = enabled(tester).and_then(|()| {
+        control(tester, 0x02)?;
         let mut word = 0;
-        let left = until(bench, PATIENCE, |bench| {
-            word = bench.number(0x6041, 0)?;
+        let left = until(tester, PATIENCE, |tester| {
+            word = tester.number(0x6041, 0)?;
             Ok(word & STATE == 0x07 || word & CORE == 0x40)
         })?;
         match left {
@@ -103,31 +103,31 @@ fn d04(bench: &mut Bench) -> Course {
             None => broken(format!("after quick stop 6041h is {word:04X}h, expected 07h or 40h")),
         }
     });
-    over(bench, steps)
+    over(tester, steps)
 }
 
-fn d09(bench: &mut Bench) -> Course {
-    may_enable(bench)?;
+fn d09(tester: &mut Tester) -> Course {
+    may_enable(tester)?;
     for (words, state) in [(&[0x06][..], "READY TO SWITCH ON"), (&[0x06, 0x07], "SWITCHED ON")] {
         for word in words {
-            control(bench, *word)?;
-            bench.collect(Duration::from_millis(50))?;
+            control(tester, *word)?;
+            tester.collect(Duration::from_millis(50))?;
         }
-        control(bench, 0x02)?;
-        let steps = comes_to(bench, CORE, 0x40, &format!("after quick stop in {state}"));
-        over(bench, steps)?;
+        control(tester, 0x02)?;
+        let steps = comes_to(tester, CORE, 0x40, &format!("after quick stop in {state}"));
+        over(tester, steps)?;
     }
     Ok(())
 }
 
-fn d05(bench: &mut Bench) -> Course {
-    may_enable(bench)?;
+fn d05(tester: &mut Tester) -> Course {
+    may_enable(tester)?;
     for word in [0x07, 0x0F, 0x80, 0x00] {
-        control(bench, word)?;
-        bench.collect(Duration::from_millis(100))?;
-        let status = bench.number(0x6041, 0)?;
+        control(tester, word)?;
+        tester.collect(Duration::from_millis(100))?;
+        let status = tester.number(0x6041, 0)?;
         if status & CORE != 0x40 {
-            off(bench)?;
+            off(tester)?;
             return broken(format!("in SWITCH ON DISABLED after 6040h = {word:04X}h 6041h is {status:04X}h"));
         }
     }

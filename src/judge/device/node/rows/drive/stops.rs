@@ -7,7 +7,7 @@ use super::*;
 use crate::can_bus::canopen::NmtState;
 use crate::can_bus::cia402::{self, Disabling, FaultReaction, QuickStop, Stop};
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "Stops of drives",
     rows: &[
         row(
@@ -55,72 +55,72 @@ struct Way {
     codes: RangeInclusive<i16>,
     stop: fn(i16) -> Option<Stop>,
     /// Has it stop.
-    does: fn(&mut Bench) -> Course,
+    does: fn(&mut Tester) -> Course,
     /// It stands: the state that it must be in.
-    ended: fn(&mut Bench, i16) -> Course,
+    ended: fn(&mut Tester, i16) -> Course,
 }
 
-fn d21(bench: &mut Bench) -> Course {
-    let ended = |bench: &mut Bench, code| {
+fn d21(tester: &mut Tester) -> Course {
+    let ended = |tester: &mut Tester, code| {
         if QuickStop::of(code).is_none_or(|option| !option.stays) {
-            return comes_to(bench, CORE, 0x40, &format!("after quick stop with 605Ah = {code}"));
+            return comes_to(tester, CORE, 0x40, &format!("after quick stop with 605Ah = {code}"));
         }
-        comes_to(bench, STATE, 0x07, &format!("after quick stop with 605Ah = {code}"))?;
-        bench.collect(Duration::from_millis(100))?;
-        comes_to(bench, STATE, 0x07, &format!("100 ms after quick stop with 605Ah = {code}"))
+        comes_to(tester, STATE, 0x07, &format!("after quick stop with 605Ah = {code}"))?;
+        tester.collect(Duration::from_millis(100))?;
+        comes_to(tester, STATE, 0x07, &format!("100 ms after quick stop with 605Ah = {code}"))
     };
     let stop = |code| QuickStop::of(code).map(|option| option.stop);
-    tried(bench, &Way { option: 0x605A, codes: 0..=8, stop, does: |bench| control(bench, 0x02), ended })
+    tried(tester, &Way { option: 0x605A, codes: 0..=8, stop, does: |tester| control(tester, 0x02), ended })
 }
 
-fn d22(bench: &mut Bench) -> Course {
-    let ended = |bench: &mut Bench, code| {
-        comes_to(bench, STATE, 0x21, &format!("after shutdown with 605Bh = {code}"))
+fn d22(tester: &mut Tester) -> Course {
+    let ended = |tester: &mut Tester, code| {
+        comes_to(tester, STATE, 0x21, &format!("after shutdown with 605Bh = {code}"))
     };
     let stop = |code| Disabling::of(code).map(|Disabling(stop)| stop);
-    tried(bench, &Way { option: 0x605B, codes: 0..=1, stop, does: |bench| control(bench, 0x06), ended })
+    tried(tester, &Way { option: 0x605B, codes: 0..=1, stop, does: |tester| control(tester, 0x06), ended })
 }
 
-fn d23(bench: &mut Bench) -> Course {
-    let ended = |bench: &mut Bench, code| {
-        comes_to(bench, STATE, 0x23, &format!("after disable operation with 605Ch = {code}"))
+fn d23(tester: &mut Tester) -> Course {
+    let ended = |tester: &mut Tester, code| {
+        comes_to(tester, STATE, 0x23, &format!("after disable operation with 605Ch = {code}"))
     };
     let stop = |code| Disabling::of(code).map(|Disabling(stop)| stop);
-    tried(bench, &Way { option: 0x605C, codes: 0..=1, stop, does: |bench| control(bench, 0x07), ended })
+    tried(tester, &Way { option: 0x605C, codes: 0..=1, stop, does: |tester| control(tester, 0x07), ended })
 }
 
-fn d24(bench: &mut Bench) -> Course {
-    let ended = |bench: &mut Bench, code| {
+fn d24(tester: &mut Tester) -> Course {
+    let ended = |tester: &mut Tester, code| {
         let mask = STATE | TARGET_REACHED;
-        comes_to(bench, mask, ENABLED | TARGET_REACHED, &format!("in halt with 605Dh = {code}"))?;
-        let turns = offers(bench, 3, &[0x60FF, 0x606C])?;
-        control(bench, 0x0F)?;
-        if turns { velocity(bench, SPEED, "halt was taken back") } else { Ok(()) }
+        comes_to(tester, mask, ENABLED | TARGET_REACHED, &format!("in halt with 605Dh = {code}"))?;
+        let turns = offers(tester, 3, &[0x60FF, 0x606C])?;
+        control(tester, 0x0F)?;
+        if turns { velocity(tester, SPEED, "halt was taken back") } else { Ok(()) }
     };
     let stop = |code| cia402::Halt::of(code).map(|cia402::Halt(stop)| stop);
-    tried(bench, &Way { option: 0x605D, codes: 1..=4, stop, does: |bench| control(bench, 0x010F), ended })
+    tried(tester, &Way { option: 0x605D, codes: 1..=4, stop, does: |tester| control(tester, 0x010F), ended })
 }
 
-fn d25(bench: &mut Bench) -> Course {
-    let ended = |bench: &mut Bench, code| {
+fn d25(tester: &mut Tester) -> Course {
+    let ended = |tester: &mut Tester, code| {
         let when = format!("after a fault with 605Eh = {code}");
-        comes_to(bench, CORE, 0x08, &when)?;
-        control(bench, 0x06)?;
-        bench.collect(Duration::from_millis(50))?;
-        comes_to(bench, CORE, 0x08, &format!("{when} and shutdown"))?;
-        control(bench, 0x00)?;
-        control(bench, 0x80)?;
-        comes_to(bench, CORE, 0x40, &format!("{when} and fault reset"))
+        comes_to(tester, CORE, 0x08, &when)?;
+        control(tester, 0x06)?;
+        tester.collect(Duration::from_millis(50))?;
+        comes_to(tester, CORE, 0x08, &format!("{when} and shutdown"))?;
+        control(tester, 0x00)?;
+        control(tester, 0x80)?;
+        comes_to(tester, CORE, 0x40, &format!("{when} and fault reset"))
     };
     let stop = |code| FaultReaction::of(code).map(|FaultReaction(stop)| stop);
-    tried(bench, &Way { option: 0x605E, codes: 0..=4, stop, does: fault, ended })
+    tried(tester, &Way { option: 0x605E, codes: 0..=4, stop, does: fault, ended })
 }
 
 /// A fault of the connection: 6007h says that its loss is one, and the node is stopped for a moment.
-fn fault(bench: &mut Bench) -> Course {
-    bench.enter(NmtState::Stopped)?;
-    bench.enter(NmtState::Operational)?;
-    let word = bench.number(0x6041, 0)?;
+fn fault(tester: &mut Tester) -> Course {
+    tester.enter(NmtState::Stopped)?;
+    tester.enter(NmtState::Operational)?;
+    let word = tester.number(0x6041, 0)?;
     if word & STATE == ENABLED {
         return inapplicable(
             "it takes the loss of its master (STOPPED) for no fault, and the judge knows no other",
@@ -129,32 +129,32 @@ fn fault(bench: &mut Bench) -> Course {
     Ok(())
 }
 
-fn tried(bench: &mut Bench, way: &Way) -> Course {
-    may_enable(bench)?;
-    writable(bench, way.option, 0)?;
-    let steps = each(bench, way);
-    let _ = bench.download(Address::new(0x60FF, 0), &[0; 4])?;
-    over(bench, steps)
+fn tried(tester: &mut Tester, way: &Way) -> Course {
+    may_enable(tester)?;
+    writable(tester, way.option, 0)?;
+    let steps = each(tester, way);
+    let _ = tester.download(Address::new(0x60FF, 0), &[0; 4])?;
+    over(tester, steps)
 }
 
-fn each(bench: &mut Bench, way: &Way) -> Course {
+fn each(tester: &mut Tester, way: &Way) -> Course {
     let mut count = 0;
-    if way.option == 0x605E && bench.is_writable(0x6007, 0)? {
-        put(bench, 0x6007, 0, 1)?;
+    if way.option == 0x605E && tester.is_writable(0x6007, 0)? {
+        put(tester, 0x6007, 0, 1)?;
     }
-    let ramps = if bench.setup.quick && !bench.wire.latency.is_zero() { None } else { ramps(bench)? };
+    let ramps = if tester.setup.quick && !tester.wire.latency.is_zero() { None } else { ramps(tester)? };
     for code in way.codes.clone() {
         let Some(stop) = (way.stop)(code) else { continue };
-        if try_put(bench, way.option, 0, code.into())?.is_err() {
+        if try_put(tester, way.option, 0, code.into())?.is_err() {
             continue;
         }
         count += 1;
-        let turns = turns(bench)?;
-        (way.does)(bench)?;
+        let turns = turns(tester)?;
+        (way.does)(tester)?;
         if turns {
-            stands(bench, stop, ramps.as_ref(), &format!("{:04X}h = {code}", way.option))?;
+            stands(tester, stop, ramps.as_ref(), &format!("{:04X}h = {code}", way.option))?;
         }
-        (way.ended)(bench, code)?;
+        (way.ended)(tester, code)?;
     }
     if count == 0 {
         inapplicable(format!("it takes no value of CiA 402 for {:04X}h", way.option))
@@ -164,12 +164,12 @@ fn each(bench: &mut Bench, way: &Way) -> Course {
 }
 
 /// It comes to rest, as fast as its ramp says.
-fn stands(bench: &mut Bench, stop: Stop, ramps: Option<&Duration>, option: &str) -> Course {
+fn stands(tester: &mut Tester, stop: Stop, ramps: Option<&Duration>, option: &str) -> Course {
     // Without torque friction alone stops it.
     if stop == Stop::Coast {
         return Ok(());
     }
-    let took = until(bench, LONG, |bench| Ok(signed(bench, 0x606C)?.abs() <= SPEED / 20))?;
+    let took = until(tester, LONG, |tester| Ok(signed(tester, 0x606C)?.abs() <= SPEED / 20))?;
     let (Some(took), Some(slow)) = (took, ramps.copied()) else {
         return if took.is_some() {
             Ok(())
@@ -177,7 +177,7 @@ fn stands(bench: &mut Bench, stop: Stop, ramps: Option<&Duration>, option: &str)
             broken(format!("{} s after a stop with {option} it still turns", LONG.as_secs()))
         };
     };
-    let late = bench.wire.latency + Duration::from_millis(10);
+    let late = tester.wire.latency + Duration::from_millis(10);
     let (least, longest, on) = match stop {
         Stop::Coast => return Ok(()),
         Stop::SlowDownRamp => (slow * 6 / 10, slow * 16 / 10, "on the ramp of 6084h"),
@@ -195,29 +195,29 @@ fn stands(bench: &mut Bench, stop: Stop, ramps: Option<&Duration>, option: &str)
 
 /// Sets 6084h to what stops it in a part of a second, 6085h to what stops it ten times faster: how long the slower one
 /// takes. `None`: it has no such ramps, or what it has cannot be found. Units of ramps differ: it is measured.
-fn ramps(bench: &mut Bench) -> Course<Option<Duration>> {
-    if !bench.is_writable(0x6084, 0)? || !bench.is_writable(0x6085, 0)? {
+fn ramps(tester: &mut Tester) -> Course<Option<Duration>> {
+    if !tester.is_writable(0x6084, 0)? || !tester.is_writable(0x6085, 0)? {
         return Ok(None);
     }
     for value in [2_000, 20_000, 200] {
-        let Some(slow) = brakes_in(bench, value)? else { continue };
+        let Some(slow) = brakes_in(tester, value)? else { continue };
         if !(Duration::from_millis(200)..Duration::from_millis(1500)).contains(&slow) {
             continue;
         }
-        let Some(steeper) = brakes_in(bench, value * 10)? else { return Ok(None) };
+        let Some(steeper) = brakes_in(tester, value * 10)? else { return Ok(None) };
         // Times are ramps of some drives.
         let quick = if steeper < slow / 2 { value * 10 } else { value / 10 };
-        let set = try_put(bench, 0x6084, 0, value)?.is_ok() && try_put(bench, 0x6085, 0, quick)?.is_ok();
+        let set = try_put(tester, 0x6084, 0, value)?.is_ok() && try_put(tester, 0x6085, 0, quick)?.is_ok();
         return Ok(set.then_some(slow));
     }
     Ok(None)
 }
 
 /// How long 60FFh = 0 takes with this 6084h; `None`: it turns not, the number is refused, or it takes too long.
-fn brakes_in(bench: &mut Bench, value: i32) -> Course<Option<Duration>> {
-    if try_put(bench, 0x6084, 0, value)?.is_err() || !turns(bench)? {
+fn brakes_in(tester: &mut Tester, value: i32) -> Course<Option<Duration>> {
+    if try_put(tester, 0x6084, 0, value)?.is_err() || !turns(tester)? {
         return Ok(None);
     }
-    put(bench, 0x60FF, 0, 0)?;
-    until(bench, Duration::from_secs(3), |bench| Ok(signed(bench, 0x606C)?.abs() <= SPEED / 20))
+    put(tester, 0x60FF, 0, 0)?;
+    until(tester, Duration::from_secs(3), |tester| Ok(signed(tester, 0x606C)?.abs() <= SPEED / 20))
 }

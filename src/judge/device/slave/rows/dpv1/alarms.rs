@@ -6,9 +6,9 @@ use super::channel::{ACK_OF_NOTHING, is_of_read, must_refuse};
 use super::{expected, likely, open, row};
 use crate::judge::device::course::{Course, broken, inapplicable};
 use crate::judge::device::row::{By, Group};
-use crate::judge::device::slave::Bench;
+use crate::judge::device::slave::Tester;
 use crate::judge::device::slave::answer::{Answer, Diagnosis};
-use crate::judge::device::slave::bench::{Channel, DIAG_LEN, Prm, is_negative};
+use crate::judge::device::slave::tester::{Channel, DIAG_LEN, Prm, is_negative};
 use crate::judge::device::slave::wire::Sight;
 use crate::profibus::dp::Service;
 use crate::profibus::dp::dpv1_status::{Status1, Status2};
@@ -17,7 +17,7 @@ use crate::profibus::dpv1::{
 };
 use crate::profibus::fdl::ReplyStatus;
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "DP-V1: alarms",
     rows: &[
         row(
@@ -160,8 +160,8 @@ impl Raised {
 const DATA: u8 = 0x50;
 
 /// The words of a type of alarms that the file offers, for each bit that enables some.
-fn offered(bench: &Bench) -> Course<Vec<&'static str>> {
-    let alarms = bench.keywords()?.alarms;
+fn offered(tester: &Tester) -> Course<Vec<&'static str>> {
+    let alarms = tester.keywords()?.alarms;
     let mut bits = Vec::new();
     let mut words = Vec::new();
     for (word, kind) in AlarmType::NAMED {
@@ -174,62 +174,62 @@ fn offered(bench: &Bench) -> Course<Vec<&'static str>> {
 }
 
 /// In data exchange, where alarms may be raised: MS1 and the first type of alarms.
-fn alarming(bench: &mut Bench) -> Course<(Channel, &'static str)> {
-    let Some(kind) = offered(bench)?.first().copied() else {
+fn alarming(tester: &mut Tester) -> Course<(Channel, &'static str)> {
+    let Some(kind) = offered(tester)?.first().copied() else {
         return inapplicable("the device file offers no alarms");
     };
-    if !bench.is_attended() {
+    if !tester.is_attended() {
         return inapplicable("needs --ask: raise-alarm");
     }
-    let channel = bench.open()?;
+    let channel = tester.open()?;
     Ok((channel, kind))
 }
 
-fn slot(bench: &Bench) -> u8 {
-    u8::from(bench.setup.gsd.as_ref().is_some_and(|gsd| gsd.is_modular()))
+fn slot(tester: &Tester) -> u8 {
+    u8::from(tester.setup.gsd.as_ref().is_some_and(|gsd| gsd.is_modular()))
 }
 
 /// The data of alarms, as far as Slave_Diag has room.
-fn data(bench: &Bench) -> Vec<u8> {
-    let room = bench.setup.gsd.as_ref().is_some_and(|gsd| gsd.max_diag_len > 10);
+fn data(tester: &Tester) -> Vec<u8> {
+    let room = tester.setup.gsd.as_ref().is_some_and(|gsd| gsd.max_diag_len > 10);
     if room { vec![DATA] } else { Vec::new() }
 }
 
 /// Asks the device for an alarm.
-fn raise(bench: &mut Bench, raised: Raised) -> Course {
-    let (slot, data) = (slot(bench), data(bench));
+fn raise(tester: &mut Tester, raised: Raised) -> Course {
+    let (slot, data) = (slot(tester), data(tester));
     let hex: String = data.iter().map(|octet| format!("{octet:02X}")).collect();
     let ack = u8::from(raised.additional_ack);
     let action = format!("raise-alarm {} {slot} {} {ack} {hex}", raised.kind, raised.specifier);
-    bench.attend(action.trim_end()).map(|_| ())
+    tester.attend(action.trim_end()).map(|_| ())
 }
 
 /// Asks for one that must not come: a device may say so.
-fn raise_in_vain(bench: &mut Bench, raised: Raised) -> Course {
-    match raise(bench, raised) {
+fn raise_in_vain(tester: &mut Tester, raised: Raised) -> Course {
+    match raise(tester, raised) {
         Err(crate::judge::device::course::Halt::Inapplicable(_)) => Ok(()),
         course => course,
     }
 }
 
 /// The effect of an action is there within so long.
-fn effect(bench: &Bench) -> Duration {
-    match bench.wire.sight {
+fn effect(tester: &Tester) -> Duration {
+    match tester.wire.sight {
         Sight::Exact => Duration::from_millis(50),
         Sight::Measured | Sight::Untimed => Duration::from_secs(1),
     }
 }
 
 /// Exchanges until DH comes; whether it came.
-fn is_announced(bench: &mut Bench) -> Course<bool> {
-    let until = bench.wire.now().saturating_add(effect(bench));
-    let outputs = bench.zeros();
-    while bench.wire.now() < until {
-        let answer = bench.serve(bench.owner(), Service::DataExchange, &outputs)?;
-        if bench.inputs_of(answer)?.0 == ReplyStatus::DataHigh {
+fn is_announced(tester: &mut Tester) -> Course<bool> {
+    let until = tester.wire.now().saturating_add(effect(tester));
+    let outputs = tester.zeros();
+    while tester.wire.now() < until {
+        let answer = tester.serve(tester.owner(), Service::DataExchange, &outputs)?;
+        if tester.inputs_of(answer)?.0 == ReplyStatus::DataHigh {
             return Ok(true);
         }
-        bench.pause(Duration::from_millis(2))?;
+        tester.pause(Duration::from_millis(2))?;
     }
     Ok(false)
 }
@@ -262,11 +262,11 @@ fn alarm_in(diagnosis: &Diagnosis) -> Option<(AlarmHead, Vec<u8>)> {
 }
 
 /// The alarm that is announced and read.
-fn read_alarm(bench: &mut Bench, what: &str) -> Course<(AlarmHead, Vec<u8>)> {
-    if !is_announced(bench)? {
+fn read_alarm(tester: &mut Tester, what: &str) -> Course<(AlarmHead, Vec<u8>)> {
+    if !is_announced(tester)? {
         return broken(format!("{what} is raised, and Data_Exchange does not answer with DH"));
     }
-    let diagnosis = bench.diag()?;
+    let diagnosis = tester.diag()?;
     match alarm_in(&diagnosis) {
         Some(alarm) => Ok(alarm),
         None => broken(format!("{what} is raised, and Slave_Diag has no block of an alarm")),
@@ -274,18 +274,18 @@ fn read_alarm(bench: &mut Bench, what: &str) -> Course<(AlarmHead, Vec<u8>)> {
 }
 
 /// Nothing is announced, and no alarm stands in the diagnosis.
-fn none_comes(bench: &mut Bench, what: &str) -> Course {
-    is_announced(bench)?;
-    match alarm_in(&bench.diag()?) {
+fn none_comes(tester: &mut Tester, what: &str) -> Course {
+    is_announced(tester)?;
+    match alarm_in(&tester.diag()?) {
         None => Ok(()),
         Some((head, _)) => broken(format!("{what}, and Slave_Diag has a {head}")),
     }
 }
 
 /// Raises it and reads it.
-fn raise_and_read(bench: &mut Bench, raised: Raised) -> Course<AlarmHead> {
-    raise(bench, raised)?;
-    read_alarm(bench, &format!("a {} alarm", raised.kind)).map(|(head, _)| head)
+fn raise_and_read(tester: &mut Tester, raised: Raised) -> Course<AlarmHead> {
+    raise(tester, raised)?;
+    read_alarm(tester, &format!("a {} alarm", raised.kind)).map(|(head, _)| head)
 }
 
 fn ack(head: AlarmHead) -> Vec<u8> {
@@ -294,10 +294,10 @@ fn ack(head: AlarmHead) -> Vec<u8> {
 }
 
 /// It is acknowledged, and the slave takes it.
-fn acknowledge(bench: &mut Bench, sap: u8, head: AlarmHead) -> Course {
-    let channel = Channel { sa: bench.owner(), dsap: sap, ssap: MS1_SAP };
+fn acknowledge(tester: &mut Tester, sap: u8, head: AlarmHead) -> Course {
+    let channel = Channel { sa: tester.owner(), dsap: sap, ssap: MS1_SAP };
     let request = ack(head);
-    let octets = bench.carried_out(channel, &request)?;
+    let octets = tester.carried_out(channel, &request)?;
     if octets == request {
         return Ok(());
     }
@@ -305,11 +305,11 @@ fn acknowledge(bench: &mut Bench, sap: u8, head: AlarmHead) -> Course {
     broken(format!("Alarm_Ack {asked} is answered with {got}, expected the same"))
 }
 
-fn r51(bench: &mut Bench) -> Course {
-    let (_, kind) = alarming(bench)?;
-    raise(bench, Raised::of(kind))?;
-    let (head, octets) = read_alarm(bench, &format!("a {kind} alarm"))?;
-    let expected = (AlarmType::named(kind), slot(bench), Specifier::Appears, data(bench));
+fn r51(tester: &mut Tester) -> Course {
+    let (_, kind) = alarming(tester)?;
+    raise(tester, Raised::of(kind))?;
+    let (head, octets) = read_alarm(tester, &format!("a {kind} alarm"))?;
+    let expected = (AlarmType::named(kind), slot(tester), Specifier::Appears, data(tester));
     let got = (Some(head.kind), head.slot, head.specifier, octets);
     if got == expected {
         return Ok(());
@@ -317,213 +317,215 @@ fn r51(bench: &mut Bench) -> Course {
     broken(format!("the block says: {head}, data {}", crate::explain::hex(&got.3)))
 }
 
-fn r52(bench: &mut Bench) -> Course {
-    let (_, kind) = alarming(bench)?;
-    let head = raise_and_read(bench, Raised::of(kind))?;
-    acknowledge(bench, MS1_SAP, head)
+fn r52(tester: &mut Tester) -> Course {
+    let (_, kind) = alarming(tester)?;
+    let head = raise_and_read(tester, Raised::of(kind))?;
+    acknowledge(tester, MS1_SAP, head)
 }
 
-fn r53(bench: &mut Bench) -> Course {
-    if !bench.keywords()?.extra_alarm_sap {
+fn r53(tester: &mut Tester) -> Course {
+    if !tester.keywords()?.extra_alarm_sap {
         return inapplicable("the device file has no Extra_Alarm_SAP_supp");
     }
-    let (_, kind) = alarming(bench)?;
-    let head = raise_and_read(bench, Raised::of(kind))?;
-    acknowledge(bench, ALARM_SAP, head)
+    let (_, kind) = alarming(tester)?;
+    let head = raise_and_read(tester, Raised::of(kind))?;
+    acknowledge(tester, ALARM_SAP, head)
 }
 
-fn r54(bench: &mut Bench) -> Course {
-    let channel = bench.open()?;
-    let octets = bench.carried_out(channel, &ACK_OF_NOTHING)?;
+fn r54(tester: &mut Tester) -> Course {
+    let channel = tester.open()?;
+    let octets = tester.carried_out(channel, &ACK_OF_NOTHING)?;
     must_refuse(&octets, "Alarm_Ack of an alarm that there is not")?;
-    let Some(kind) = offered(bench)?.first().copied().filter(|_| bench.is_attended()) else { return Ok(()) };
-    let head = match raise(bench, Raised::of(kind)) {
+    let Some(kind) = offered(tester)?.first().copied().filter(|_| tester.is_attended()) else {
+        return Ok(());
+    };
+    let head = match raise(tester, Raised::of(kind)) {
         Err(crate::judge::device::course::Halt::Inapplicable(_)) => return Ok(()),
-        course => course.and_then(|()| read_alarm(bench, &format!("a {kind} alarm")))?.0,
+        course => course.and_then(|()| read_alarm(tester, &format!("a {kind} alarm")))?.0,
     };
     let other = AlarmHead { slot: head.slot.wrapping_add(77), ..head };
-    let octets = bench.carried_out(channel, &ack(other))?;
+    let octets = tester.carried_out(channel, &ack(other))?;
     must_refuse(&octets, "Alarm_Ack of another slot")?;
-    let octets = bench.carried_out(channel, &ack(head))?;
+    let octets = tester.carried_out(channel, &ack(head))?;
     if is_negative(&octets) {
         return broken("behind an Alarm_Ack of another slot the alarm can no longer be acknowledged");
     }
-    let octets = bench.carried_out(channel, &ack(head))?;
+    let octets = tester.carried_out(channel, &ack(head))?;
     must_refuse(&octets, "a second Alarm_Ack")
 }
 
-fn r55(bench: &mut Bench) -> Course {
-    let (_, kind) = alarming(bench)?;
-    if bench.keywords()?.alarms_required != 0 {
+fn r55(tester: &mut Tester) -> Course {
+    let (_, kind) = alarming(tester)?;
+    if tester.keywords()?.alarms_required != 0 {
         return inapplicable("the device file requires alarms");
     }
-    bench.release()?;
-    let prm = bench.prm_v1().status(1, 0, !Status2::CheckCfgMode.mask());
-    bench.begin_with(&prm)?;
-    raise_in_vain(bench, Raised::of(kind))?;
-    none_comes(bench, &format!("a {kind} alarm is raised that Set_Prm has not enabled"))
+    tester.release()?;
+    let prm = tester.prm_v1().status(1, 0, !Status2::CheckCfgMode.mask());
+    tester.begin_with(&prm)?;
+    raise_in_vain(tester, Raised::of(kind))?;
+    none_comes(tester, &format!("a {kind} alarm is raised that Set_Prm has not enabled"))
 }
 
-fn r56(bench: &mut Bench) -> Course {
-    alarming(bench)?;
-    let alarms = bench.keywords()?.alarms;
+fn r56(tester: &mut Tester) -> Course {
+    alarming(tester)?;
+    let alarms = tester.keywords()?.alarms;
     let not_offered =
         AlarmType::NAMED.iter().find(|(_, kind)| kind.enabled_by().is_some_and(|bit| !bit.is_set(alarms)));
     let Some((kind, bit)) = not_offered.and_then(|(word, kind)| Some((*word, kind.enabled_by()?))) else {
         return inapplicable("the device file offers every alarm");
     };
-    bench.release()?;
-    let prm = bench.prm_v1().status(1, bit.mask(), 0);
-    bench.begin_with(&prm)?;
-    raise_in_vain(bench, Raised::of(kind))?;
-    none_comes(bench, &format!("a {kind} alarm is raised that the device file does not offer"))
+    tester.release()?;
+    let prm = tester.prm_v1().status(1, bit.mask(), 0);
+    tester.begin_with(&prm)?;
+    raise_in_vain(tester, Raised::of(kind))?;
+    none_comes(tester, &format!("a {kind} alarm is raised that the device file does not offer"))
 }
 
-fn r57(bench: &mut Bench) -> Course {
-    let (_, kind) = alarming(bench)?;
-    let keywords = bench.keywords()?;
+fn r57(tester: &mut Tester) -> Course {
+    let (_, kind) = alarming(tester)?;
+    let keywords = tester.keywords()?;
     if keywords.c1_required || keywords.alarms_required != 0 {
         return inapplicable("the device file requires DPV1_Enable");
     }
-    bench.release()?;
-    let prm = bench.prm_v1().status(0, 0, Status1::Enable.mask());
-    bench.begin_with(&prm)?;
-    raise_in_vain(bench, Raised::of(kind))?;
-    none_comes(bench, &format!("a {kind} alarm is raised without DPV1_Enable"))
+    tester.release()?;
+    let prm = tester.prm_v1().status(0, 0, Status1::Enable.mask());
+    tester.begin_with(&prm)?;
+    raise_in_vain(tester, Raised::of(kind))?;
+    none_comes(tester, &format!("a {kind} alarm is raised without DPV1_Enable"))
 }
 
-fn r58(bench: &mut Bench) -> Course {
-    let (_, kind) = alarming(bench)?;
-    let head = raise_and_read(bench, Raised::of(kind))?;
-    raise_in_vain(bench, Raised { specifier: "disappears", ..Raised::of(kind) })?;
-    is_announced(bench)?;
-    if let Some((second, _)) = alarm_in(&bench.diag()?).filter(|(second, _)| *second != head) {
+fn r58(tester: &mut Tester) -> Course {
+    let (_, kind) = alarming(tester)?;
+    let head = raise_and_read(tester, Raised::of(kind))?;
+    raise_in_vain(tester, Raised { specifier: "disappears", ..Raised::of(kind) })?;
+    is_announced(tester)?;
+    if let Some((second, _)) = alarm_in(&tester.diag()?).filter(|(second, _)| *second != head) {
         return broken(format!("{second} comes before {head} is acknowledged"));
     }
-    acknowledge(bench, MS1_SAP, head)
+    acknowledge(tester, MS1_SAP, head)
 }
 
-fn r59(bench: &mut Bench) -> Course {
-    let (_, first) = alarming(bench)?;
-    let Some(second) = offered(bench)?.get(1).copied() else {
+fn r59(tester: &mut Tester) -> Course {
+    let (_, first) = alarming(tester)?;
+    let Some(second) = offered(tester)?.get(1).copied() else {
         return inapplicable("the device file offers one type of alarms only");
     };
-    let first = raise_and_read(bench, Raised::of(first))?;
-    let second = raise_and_read(bench, Raised::of(second))?;
-    acknowledge(bench, MS1_SAP, first)?;
-    acknowledge(bench, MS1_SAP, second)
+    let first = raise_and_read(tester, Raised::of(first))?;
+    let second = raise_and_read(tester, Raised::of(second))?;
+    acknowledge(tester, MS1_SAP, first)?;
+    acknowledge(tester, MS1_SAP, second)
 }
 
 /// In data exchange in sequence mode, two alarms at once.
-fn in_sequence(bench: &mut Bench) -> Course<(Channel, &'static str)> {
-    let (channel, kind) = alarming(bench)?;
-    if bench.keywords()?.sequence < 2 {
+fn in_sequence(tester: &mut Tester) -> Course<(Channel, &'static str)> {
+    let (channel, kind) = alarming(tester)?;
+    if tester.keywords()?.sequence < 2 {
         return inapplicable("the device file has no Alarm_Sequence_Mode_Count of 2 or more");
     }
-    bench.release()?;
-    let prm = bench.prm_v1().status(2, 1, 0);
-    bench.begin_with(&prm)?;
+    tester.release()?;
+    let prm = tester.prm_v1().status(2, 1, 0);
+    tester.begin_with(&prm)?;
     Ok((channel, kind))
 }
 
-fn r60(bench: &mut Bench) -> Course {
-    let (_, kind) = in_sequence(bench)?;
-    let first = raise_and_read(bench, Raised::of(kind))?;
-    let second = raise_and_read(bench, Raised::of(kind))?;
+fn r60(tester: &mut Tester) -> Course {
+    let (_, kind) = in_sequence(tester)?;
+    let first = raise_and_read(tester, Raised::of(kind))?;
+    let second = raise_and_read(tester, Raised::of(kind))?;
     if first.sequence == second.sequence {
         return broken(format!("two open alarms have the number {}", first.sequence));
     }
-    raise_in_vain(bench, Raised::of(kind))?;
-    is_announced(bench)?;
-    match alarm_in(&bench.diag()?).filter(|(third, _)| ![first, second].contains(third)) {
+    raise_in_vain(tester, Raised::of(kind))?;
+    is_announced(tester)?;
+    match alarm_in(&tester.diag()?).filter(|(third, _)| ![first, second].contains(third)) {
         Some((third, _)) => broken(format!("{third} comes while two are open, and Alarm_Mode 1 allows two")),
         None => Ok(()),
     }
 }
 
-fn r61(bench: &mut Bench) -> Course {
-    let (_, kind) = in_sequence(bench)?;
-    let first = raise_and_read(bench, Raised::of(kind))?;
-    let second = raise_and_read(bench, Raised::of(kind))?;
-    acknowledge(bench, MS1_SAP, second)?;
-    acknowledge(bench, MS1_SAP, first)
+fn r61(tester: &mut Tester) -> Course {
+    let (_, kind) = in_sequence(tester)?;
+    let first = raise_and_read(tester, Raised::of(kind))?;
+    let second = raise_and_read(tester, Raised::of(kind))?;
+    acknowledge(tester, MS1_SAP, second)?;
+    acknowledge(tester, MS1_SAP, first)
 }
 
-fn r62(bench: &mut Bench) -> Course {
-    let (channel, kind) = alarming(bench)?;
-    let head = raise_and_read(bench, Raised::of(kind))?;
-    let unlock = Prm::unlock(bench.ident, bench.setup.user_prm());
-    bench.set_prm(&unlock)?;
-    bench.open()?;
-    none_comes(bench, "data exchange has ended and begun anew")?;
-    let octets = bench.carried_out(channel, &ack(head))?;
+fn r62(tester: &mut Tester) -> Course {
+    let (channel, kind) = alarming(tester)?;
+    let head = raise_and_read(tester, Raised::of(kind))?;
+    let unlock = Prm::unlock(tester.ident, tester.setup.user_prm());
+    tester.set_prm(&unlock)?;
+    tester.open()?;
+    none_comes(tester, "data exchange has ended and begun anew")?;
+    let octets = tester.carried_out(channel, &ack(head))?;
     must_refuse(&octets, "Alarm_Ack of an alarm from before the new start")
 }
 
-fn r63(bench: &mut Bench) -> Course {
-    let (_, kind) = alarming(bench)?;
+fn r63(tester: &mut Tester) -> Course {
+    let (_, kind) = alarming(tester)?;
     for (number, (specifier, expected)) in Specifier::NAMED.into_iter().enumerate() {
         let additional_ack = number % 2 == 1;
-        let head = raise_and_read(bench, Raised { specifier, additional_ack, kind })?;
+        let head = raise_and_read(tester, Raised { specifier, additional_ack, kind })?;
         if (head.specifier, head.additional_ack) != (expected, additional_ack) {
             let ack = u8::from(additional_ack);
             return broken(format!(
                 "raised with specifier {specifier} and Add_Ack {ack}, the block says: {head}"
             ));
         }
-        acknowledge(bench, MS1_SAP, head)?;
+        acknowledge(tester, MS1_SAP, head)?;
     }
     Ok(())
 }
 
-fn r64(bench: &mut Bench) -> Course {
-    let (_, kind) = alarming(bench)?;
-    let head = raise_and_read(bench, Raised::of(kind))?;
-    acknowledge(bench, MS1_SAP, head)?;
-    none_comes(bench, &format!("a {kind} alarm is acknowledged"))
+fn r64(tester: &mut Tester) -> Course {
+    let (_, kind) = alarming(tester)?;
+    let head = raise_and_read(tester, Raised::of(kind))?;
+    acknowledge(tester, MS1_SAP, head)?;
+    none_comes(tester, &format!("a {kind} alarm is acknowledged"))
 }
 
-fn r65(bench: &mut Bench) -> Course {
-    let (_, kind) = alarming(bench)?;
-    raise(bench, Raised::of(kind))?;
-    if !is_announced(bench)? {
+fn r65(tester: &mut Tester) -> Course {
+    let (_, kind) = alarming(tester)?;
+    raise(tester, Raised::of(kind))?;
+    if !is_announced(tester)? {
         return broken(format!("a {kind} alarm is raised, and Data_Exchange does not answer with DH"));
     }
-    let other = bench.other();
-    bench.diag_of(other)?;
-    read_alarm(bench, &format!("a {kind} alarm that another master has read")).map(|_| ())
+    let other = tester.other();
+    tester.diag_of(other)?;
+    read_alarm(tester, &format!("a {kind} alarm that another master has read")).map(|_| ())
 }
 
-fn r66(bench: &mut Bench) -> Course {
-    bench.has_ms1()?;
-    if !bench.is_attended() {
+fn r66(tester: &mut Tester) -> Course {
+    tester.has_ms1()?;
+    if !tester.is_attended() {
         return inapplicable("needs --ask: send-status");
     }
-    bench.open()?;
+    tester.open()?;
     let number = StatusType::Message.number();
-    bench.attend(&format!("send-status {number} {} none", slot(bench)))?;
-    if !is_announced(bench)? {
+    tester.attend(&format!("send-status {number} {} none", slot(tester)))?;
+    if !is_announced(tester)? {
         return broken("a status message is sent, and Data_Exchange does not answer with DH");
     }
-    let diagnosis = bench.diag()?;
+    let diagnosis = tester.diag()?;
     let is_message = |block: &Vec<u8>| {
         matches!(TypedBlock::parse(block), Some(TypedBlock::Status { kind: StatusType::Message, .. }))
     };
     if blocks(&diagnosis).iter().any(is_message) {
-        return bench.still_exchanges("a status message");
+        return tester.still_exchanges("a status message");
     }
     broken("a status message is sent, and Slave_Diag has no block of the type 81")
 }
 
-fn r67(bench: &mut Bench) -> Course {
-    let (channel, kind) = alarming(bench)?;
-    let head = raise_and_read(bench, Raised::of(kind))?;
-    bench.taken(channel, &Bench::probe(), "a Read at SAP 51")?;
+fn r67(tester: &mut Tester) -> Course {
+    let (channel, kind) = alarming(tester)?;
+    let head = raise_and_read(tester, Raised::of(kind))?;
+    tester.taken(channel, &Tester::probe(), "a Read at SAP 51")?;
     let busy = Answer::Status(ReplyStatus::NoResource);
-    bench.put_is(channel, &ack(head), &busy, "Alarm_Ack while the response to a Read waits")?;
-    if bench.keywords()?.extra_alarm_sap {
-        acknowledge(bench, ALARM_SAP, head)?;
+    tester.put_is(channel, &ack(head), &busy, "Alarm_Ack while the response to a Read waits")?;
+    if tester.keywords()?.extra_alarm_sap {
+        acknowledge(tester, ALARM_SAP, head)?;
     }
-    let octets = bench.response(channel)?;
+    let octets = tester.response(channel)?;
     is_of_read(&octets)
 }

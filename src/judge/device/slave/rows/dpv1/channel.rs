@@ -4,14 +4,14 @@ use super::{expected, likely, row};
 use crate::explain::hex;
 use crate::judge::device::course::{Course, broken, inapplicable};
 use crate::judge::device::row::{By, Group};
-use crate::judge::device::slave::Bench;
+use crate::judge::device::slave::Tester;
 use crate::judge::device::slave::answer::Answer;
-use crate::judge::device::slave::bench::{CLASS_2_SAP, Channel, Prm, is_negative, service};
+use crate::judge::device::slave::tester::{CLASS_2_SAP, Channel, Prm, is_negative, service};
 use crate::profibus::dp::dpv1_status::Status1;
 use crate::profibus::dpv1::{ALARM_SAP, Function, MS1_SAP, RESOURCE_MANAGER_SAP};
 use crate::profibus::fdl::{self, ReplyStatus};
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "DP-V1: SAPs, and how a job runs",
     rows: &[
         row(
@@ -146,151 +146,156 @@ pub(super) fn is_of_read(octets: &[u8]) -> Course {
     broken(format!("the response to a Read is {}", crate::explain::hex(octets)))
 }
 
-fn r01(bench: &mut Bench) -> Course {
-    let channel = bench.has_ms1()?;
-    bench.closed(channel, &Bench::probe(), "a Read at SAP 51 in WAIT-PRM")
+fn r01(tester: &mut Tester) -> Course {
+    let channel = tester.has_ms1()?;
+    tester.closed(channel, &Tester::probe(), "a Read at SAP 51 in WAIT-PRM")
 }
 
-fn r02(bench: &mut Bench) -> Course {
-    let channel = bench.has_ms1()?;
-    let prm = bench.prm_v1();
-    bench.start_with(&prm)?;
-    let answer = bench.put(channel, &Bench::probe())?;
+fn r02(tester: &mut Tester) -> Course {
+    let channel = tester.has_ms1()?;
+    let prm = tester.prm_v1();
+    tester.start_with(&prm)?;
+    let answer = tester.put(channel, &Tester::probe())?;
     if answer.is_status(ReplyStatus::NotActivated) {
         return broken("C1_Read_Write_supp = 1, and a Read at SAP 51 is answered with RS");
     }
     Ok(())
 }
 
-fn r03(bench: &mut Bench) -> Course {
-    let channel = bench.has_ms1()?;
-    let keywords = bench.keywords()?;
+fn r03(tester: &mut Tester) -> Course {
+    let channel = tester.has_ms1()?;
+    let keywords = tester.keywords()?;
     if keywords.c1_required || keywords.alarms_required != 0 {
         return inapplicable("the device file requires DPV1_Enable");
     }
-    let prm = bench.prm_v1().status(0, 0, Status1::Enable.mask()).status(1, 0, 0xFC);
-    bench.start_with(&prm)?;
-    bench.closed(channel, &Bench::probe(), "a Read at SAP 51 without DPV1_Enable")?;
-    bench.still_exchanges("a Read without DPV1_Enable")
+    let prm = tester.prm_v1().status(0, 0, Status1::Enable.mask()).status(1, 0, 0xFC);
+    tester.start_with(&prm)?;
+    tester.closed(channel, &Tester::probe(), "a Read at SAP 51 without DPV1_Enable")?;
+    tester.still_exchanges("a Read without DPV1_Enable")
 }
 
-fn r04(bench: &mut Bench) -> Course {
-    let channel = bench.open()?;
-    bench.taken(channel, &Bench::probe(), READ)?;
-    let foreign = Channel::ms1(bench.other());
-    bench.closed(foreign, &Bench::probe(), &format!("a Read of master {} at SAP 51", foreign.sa))?;
-    bench.closed(foreign, &[], &format!("a poll of master {} at SAP 51", foreign.sa))?;
-    let octets = bench.response(channel)?;
+fn r04(tester: &mut Tester) -> Course {
+    let channel = tester.open()?;
+    tester.taken(channel, &Tester::probe(), READ)?;
+    let foreign = Channel::ms1(tester.other());
+    tester.closed(foreign, &Tester::probe(), &format!("a Read of master {} at SAP 51", foreign.sa))?;
+    tester.closed(foreign, &[], &format!("a poll of master {} at SAP 51", foreign.sa))?;
+    let octets = tester.response(channel)?;
     is_of_read(&octets)?;
-    bench.still_exchanges("a Read of another master")
+    tester.still_exchanges("a Read of another master")
 }
 
-fn r05(bench: &mut Bench) -> Course {
-    let channel = bench.open()?;
-    bench.taken(channel, &Bench::probe(), READ)
+fn r05(tester: &mut Tester) -> Course {
+    let channel = tester.open()?;
+    tester.taken(channel, &Tester::probe(), READ)
 }
 
-fn r06(bench: &mut Bench) -> Course {
-    let channel = bench.open()?;
-    let octets = bench.carried_out(channel, &Bench::probe())?;
+fn r06(tester: &mut Tester) -> Course {
+    let channel = tester.open()?;
+    let octets = tester.carried_out(channel, &Tester::probe())?;
     is_of_read(&octets)
 }
 
-fn r07(bench: &mut Bench) -> Course {
-    let channel = bench.open()?;
-    bench.carried_out(channel, &Bench::probe())?;
-    bench.taken(channel, &[], "a poll behind the response")
+fn r07(tester: &mut Tester) -> Course {
+    let channel = tester.open()?;
+    tester.carried_out(channel, &Tester::probe())?;
+    tester.taken(channel, &[], "a poll behind the response")
 }
 
-fn r08(bench: &mut Bench) -> Course {
-    let channel = bench.open()?;
-    bench.taken(channel, &[], "a poll without a job")
+fn r08(tester: &mut Tester) -> Course {
+    let channel = tester.open()?;
+    tester.taken(channel, &[], "a poll without a job")
 }
 
 /// Alarm_Ack of an alarm that there is not: a request without effect.
 pub(super) const ACK_OF_NOTHING: [u8; 4] = [Function::AlarmAck.number(), 0, 1, 31 << 3];
 
-fn r09(bench: &mut Bench) -> Course {
-    let channel = bench.open()?;
-    bench.taken(channel, &Bench::probe(), READ)?;
+fn r09(tester: &mut Tester) -> Course {
+    let channel = tester.open()?;
+    tester.taken(channel, &Tester::probe(), READ)?;
     let busy = Answer::Status(ReplyStatus::NoResource);
-    bench.put_is(channel, &ACK_OF_NOTHING, &busy, "a second request before the first response is fetched")?;
-    let octets = bench.response(channel)?;
+    tester.put_is(
+        channel,
+        &ACK_OF_NOTHING,
+        &busy,
+        "a second request before the first response is fetched",
+    )?;
+    let octets = tester.response(channel)?;
     is_of_read(&octets)
 }
 
-fn r10(bench: &mut Bench) -> Course {
-    let channel = bench.open()?;
-    let request = bench.telegram(channel, &Bench::probe());
+fn r10(tester: &mut Tester) -> Course {
+    let channel = tester.open()?;
+    let request = tester.telegram(channel, &Tester::probe());
     for what in ["a Read", "the same Read again"] {
-        let answer = bench.must_answer(&request)?;
+        let answer = tester.must_answer(&request)?;
         if answer != Answer::Acknowledged {
             return broken(format!("{what} is answered with {}, expected SC", answer.words()));
         }
     }
-    let octets = bench.response(channel)?;
+    let octets = tester.response(channel)?;
     is_of_read(&octets)?;
-    bench.taken(channel, &[], "a poll behind the response to a repeated request")
+    tester.taken(channel, &[], "a poll behind the response to a repeated request")
 }
 
-fn r11(bench: &mut Bench) -> Course {
-    let channel = bench.open()?;
-    bench.taken(channel, &Bench::probe(), READ)?;
-    let (request, _) = bench.polled(channel)?;
-    let first = bench.last_reply.clone();
-    bench.must_answer(&request)?;
-    if bench.last_reply == first {
+fn r11(tester: &mut Tester) -> Course {
+    let channel = tester.open()?;
+    tester.taken(channel, &Tester::probe(), READ)?;
+    let (request, _) = tester.polled(channel)?;
+    let first = tester.last_reply.clone();
+    tester.must_answer(&request)?;
+    if tester.last_reply == first {
         return Ok(());
     }
-    broken(format!("the same poll brings {} at first, then {}", hex(&first), hex(&bench.last_reply)))
+    broken(format!("the same poll brings {} at first, then {}", hex(&first), hex(&tester.last_reply)))
 }
 
-fn r12(bench: &mut Bench) -> Course {
-    let channel = bench.open()?;
-    let mut request = bench.telegram(channel, &Bench::probe());
+fn r12(tester: &mut Tester) -> Course {
+    let channel = tester.open()?;
+    let mut request = tester.telegram(channel, &Tester::probe());
     request.service = fdl::Service::SrdHigh;
-    let answer = bench.must_answer(&request)?;
+    let answer = tester.must_answer(&request)?;
     if answer != Answer::Acknowledged {
         return broken(format!("a Read with SRD high is answered with {}, expected SC", answer.words()));
     }
-    let octets = bench.response(channel)?;
+    let octets = tester.response(channel)?;
     is_of_read(&octets)
 }
 
 /// A Write of two octets, with its SAPs eight: to slot 255, which no device has.
 const TO_NO_SLOT: [u8; 6] = [Function::Write.number(), 255, 0, 2, 0, 0];
 
-fn r13(bench: &mut Bench) -> Course {
-    let channel = bench.open()?;
-    let as_sd2 = bench.carried_out(channel, &TO_NO_SLOT)?;
-    let mut request = bench.telegram(channel, &TO_NO_SLOT);
+fn r13(tester: &mut Tester) -> Course {
+    let channel = tester.open()?;
+    let as_sd2 = tester.carried_out(channel, &TO_NO_SLOT)?;
+    let mut request = tester.telegram(channel, &TO_NO_SLOT);
     request.as_sd3 = true;
-    let answer = bench.must_answer(&request)?;
+    let answer = tester.must_answer(&request)?;
     if answer != Answer::Acknowledged {
         return broken(format!("a Write as SD3 is answered with {}, expected SC", answer.words()));
     }
-    let as_sd3 = bench.response(channel)?;
+    let as_sd3 = tester.response(channel)?;
     if as_sd3 == as_sd2 {
         return Ok(());
     }
     broken(format!("the response is {} to SD3 and {} to SD2", hex(&as_sd3), hex(&as_sd2)))
 }
 
-fn r14(bench: &mut Bench) -> Course {
-    let channel = bench.open()?;
-    bench.taken(channel, &Bench::probe(), READ)?;
-    bench.exchanged_zeros()?;
-    bench.diag()?;
-    bench.exchanged_zeros()?;
-    let octets = bench.response(channel)?;
+fn r14(tester: &mut Tester) -> Course {
+    let channel = tester.open()?;
+    tester.taken(channel, &Tester::probe(), READ)?;
+    tester.exchanged_zeros()?;
+    tester.diag()?;
+    tester.exchanged_zeros()?;
+    let octets = tester.response(channel)?;
     is_of_read(&octets)
 }
 
 /// These SAPs are closed in data exchange.
-fn closed_sap(bench: &mut Bench, sap: u8, ssap: u8) -> Course {
-    let channel = Channel { sa: bench.owner(), dsap: sap, ssap };
-    for data in [&Bench::probe()[..], &[]] {
-        bench.closed(
+fn closed_sap(tester: &mut Tester, sap: u8, ssap: u8) -> Course {
+    let channel = Channel { sa: tester.owner(), dsap: sap, ssap };
+    for data in [&Tester::probe()[..], &[]] {
+        tester.closed(
             channel,
             data,
             &format!("a telegram at SAP {sap}, which the device file does not offer"),
@@ -299,36 +304,36 @@ fn closed_sap(bench: &mut Bench, sap: u8, ssap: u8) -> Course {
     Ok(())
 }
 
-fn started(bench: &mut Bench, prm: &Prm) -> Course {
-    bench.begin_with(prm)
+fn started(tester: &mut Tester, prm: &Prm) -> Course {
+    tester.begin_with(prm)
 }
 
-fn r15(bench: &mut Bench) -> Course {
-    let keywords = bench.keywords()?;
+fn r15(tester: &mut Tester) -> Course {
+    let keywords = tester.keywords()?;
     if keywords.c1 || keywords.alarms != 0 {
         return inapplicable("the device file has C1_Read_Write_supp, or alarms");
     }
-    let prm = bench.prm_v1();
-    started(bench, &prm)?;
-    closed_sap(bench, MS1_SAP, MS1_SAP)
+    let prm = tester.prm_v1();
+    started(tester, &prm)?;
+    closed_sap(tester, MS1_SAP, MS1_SAP)
 }
 
-fn r16(bench: &mut Bench) -> Course {
-    if bench.setup.gsd.as_ref().is_none_or(|gsd| gsd.flags.dpv1) {
+fn r16(tester: &mut Tester) -> Course {
+    if tester.setup.gsd.as_ref().is_none_or(|gsd| gsd.flags.dpv1) {
         return inapplicable("the device file has DPV1_Slave, or there is none");
     }
-    bench.start()?;
-    closed_sap(bench, RESOURCE_MANAGER_SAP, CLASS_2_SAP)?;
-    closed_sap(bench, ALARM_SAP, MS1_SAP)?;
-    closed_sap(bench, MS1_SAP, MS1_SAP)
+    tester.start()?;
+    closed_sap(tester, RESOURCE_MANAGER_SAP, CLASS_2_SAP)?;
+    closed_sap(tester, ALARM_SAP, MS1_SAP)?;
+    closed_sap(tester, MS1_SAP, MS1_SAP)
 }
 
-fn r17(bench: &mut Bench) -> Course {
-    if bench.keywords()?.extra_alarm_sap {
+fn r17(tester: &mut Tester) -> Course {
+    if tester.keywords()?.extra_alarm_sap {
         return inapplicable("the device file has Extra_Alarm_SAP_supp");
     }
-    bench.open()?;
-    closed_sap(bench, ALARM_SAP, MS1_SAP)
+    tester.open()?;
+    closed_sap(tester, ALARM_SAP, MS1_SAP)
 }
 
 /// A response that must refuse what was asked.

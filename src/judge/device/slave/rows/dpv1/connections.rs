@@ -7,16 +7,16 @@ use super::records::{may_write, watched};
 use super::{expected, likely, open, row};
 use crate::judge::device::course::{Course, broken, inapplicable};
 use crate::judge::device::row::{By, Group};
-use crate::judge::device::slave::Bench;
+use crate::judge::device::slave::Tester;
 use crate::judge::device::slave::answer::Answer;
-use crate::judge::device::slave::bench::{
+use crate::judge::device::slave::tester::{
     CLASS_2_SAP, Channel, Granted, Prm, UNIT, abort, initiate, service,
 };
 use crate::profibus::dpv1::connection::AbortReason;
 use crate::profibus::dpv1::{Function, MAX_DATA, MS1_SAP, RESOURCE_MANAGER_SAP, ResponsePdu};
 use crate::profibus::fdl::ReplyStatus;
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "DP-V1: connections (MS2)",
     rows: &[
         row(
@@ -140,28 +140,28 @@ const LONG: u16 = 6000;
 const QUICK: u16 = 50;
 const IDLE: [u8; 1] = [Function::Idle.number()];
 
-fn r68(bench: &mut Bench) -> Course {
-    if bench.keywords()?.c2 {
+fn r68(tester: &mut Tester) -> Course {
+    if tester.keywords()?.c2 {
         return inapplicable("the device file has C2_Read_Write_supp");
     }
-    let manager = Channel::ms2(bench.other(), RESOURCE_MANAGER_SAP);
-    bench.closed(manager, &initiate(LONG), "Initiate, which the device file does not offer,")
+    let manager = Channel::ms2(tester.other(), RESOURCE_MANAGER_SAP);
+    tester.closed(manager, &initiate(LONG), "Initiate, which the device file does not offer,")
 }
 
-fn r69(bench: &mut Bench) -> Course {
-    bench.has_ms2()?;
-    let granted = bench.ask_for_connection(bench.other(), &initiate(LONG))?;
+fn r69(tester: &mut Tester) -> Course {
+    tester.has_ms2()?;
+    let granted = tester.ask_for_connection(tester.other(), &initiate(LONG))?;
     // What becomes of it is another row's.
-    bench.put(granted.channel, &[])?;
-    bench.disconnect(granted.channel)
+    tester.put(granted.channel, &[])?;
+    tester.disconnect(granted.channel)
 }
 
-fn r70(bench: &mut Bench) -> Course {
-    bench.has_ms2()?;
-    let expected = bench.keywords()?.c2_max_data_len.unwrap_or(MAX_DATA);
-    let granted = bench.ask_for_connection(bench.other(), &initiate(LONG))?;
-    let octets = bench.response(granted.channel)?;
-    bench.disconnect(granted.channel)?;
+fn r70(tester: &mut Tester) -> Course {
+    tester.has_ms2()?;
+    let expected = tester.keywords()?.c2_max_data_len.unwrap_or(MAX_DATA);
+    let granted = tester.ask_for_connection(tester.other(), &initiate(LONG))?;
+    let octets = tester.response(granted.channel)?;
+    tester.disconnect(granted.channel)?;
     let hex = crate::explain::hex(&octets);
     match ResponsePdu::parse(&octets) {
         Ok(ResponsePdu::Initiate(response)) if response.terms.features & 0x0100 == 0 => {
@@ -183,21 +183,21 @@ const READS: [[u8; 4]; 3] = [
     [Function::Read.number(), 0, 254, MAX_DATA],
 ];
 
-fn r71(bench: &mut Bench) -> Course {
-    let has_ms1 = bench.has_ms1().is_ok();
-    bench.connected(|bench, Granted { channel, .. }| {
+fn r71(tester: &mut Tester) -> Course {
+    let has_ms1 = tester.has_ms1().is_ok();
+    tester.connected(|tester, Granted { channel, .. }| {
         let mut by_connection = Vec::new();
         for read in &READS {
-            let octets = bench.carried_out(channel, read)?;
+            let octets = tester.carried_out(channel, read)?;
             is_of_read(&octets)?;
             by_connection.push(octets);
         }
         if !has_ms1 {
             return Ok(());
         }
-        let owner = bench.open()?;
+        let owner = tester.open()?;
         for (read, octets) in READS.iter().zip(by_connection) {
-            let by_owner = bench.carried_out(owner, read)?;
+            let by_owner = tester.carried_out(owner, read)?;
             // What is in a record may change meanwhile.
             let is_alike = octets == by_owner
                 || octets.first() == by_owner.first()
@@ -213,28 +213,28 @@ fn r71(bench: &mut Bench) -> Course {
 }
 
 /// A connection is there: Idle is answered.
-fn lives(bench: &mut Bench, channel: Channel, when: &str) -> Course {
-    match bench.put(channel, &IDLE)? {
+fn lives(tester: &mut Tester, channel: Channel, when: &str) -> Course {
+    match tester.put(channel, &IDLE)? {
         Answer::Acknowledged => {}
         answer @ (Answer::Silence | Answer::Status(_) | Answer::Data(..) | Answer::Wrong(_)) => {
             return broken(format!("{when} Idle is answered with {}, expected SC", answer.words()));
         }
     }
-    let octets = bench.response(channel)?;
+    let octets = tester.response(channel)?;
     if octets.first() == Some(&Function::Idle.number()) {
         return Ok(());
     }
     broken(format!("{when} Idle is answered with {}", crate::explain::hex(&octets)))
 }
 
-fn r72(bench: &mut Bench) -> Course {
-    bench.connected(|bench, Granted { channel, .. }| lives(bench, channel, "on a new connection"))
+fn r72(tester: &mut Tester) -> Course {
+    tester.connected(|tester, Granted { channel, .. }| lives(tester, channel, "on a new connection"))
 }
 
 /// RS, or an Abort that waits.
-fn is_gone(bench: &mut Bench, channel: Channel, when: &str) -> Course {
+fn is_gone(tester: &mut Tester, channel: Channel, when: &str) -> Course {
     for _ in 0..2 {
-        match bench.put(channel, &[])? {
+        match tester.put(channel, &[])? {
             Answer::Status(ReplyStatus::NotActivated) => return Ok(()),
             Answer::Data(_, octets) if service(&octets) == Some(Function::Abort) => return Ok(()),
             Answer::Acknowledged => {}
@@ -246,73 +246,73 @@ fn is_gone(bench: &mut Bench, channel: Channel, when: &str) -> Course {
     broken(format!("{when} a poll is answered with SC, expected RS"))
 }
 
-fn r73(bench: &mut Bench) -> Course {
-    bench.has_ms2()?;
-    let other = bench.other();
-    let Granted { channel, .. } = bench.connect(other, LONG)?;
-    bench.taken(channel, &abort(), "Abort")?;
-    bench.closed(channel, &[], "a poll behind Abort")?;
-    let Granted { channel, .. } = bench.connect(other, LONG)?;
-    bench.disconnect(channel)
+fn r73(tester: &mut Tester) -> Course {
+    tester.has_ms2()?;
+    let other = tester.other();
+    let Granted { channel, .. } = tester.connect(other, LONG)?;
+    tester.taken(channel, &abort(), "Abort")?;
+    tester.closed(channel, &[], "a poll behind Abort")?;
+    let Granted { channel, .. } = tester.connect(other, LONG)?;
+    tester.disconnect(channel)
 }
 
-fn r74(bench: &mut Bench) -> Course {
-    bench.has_ms2()?;
-    let other = bench.other();
-    let first = bench.connect(other, LONG)?;
-    bench.disconnect(first.channel)?;
+fn r74(tester: &mut Tester) -> Course {
+    tester.has_ms2()?;
+    let other = tester.other();
+    let first = tester.connect(other, LONG)?;
+    tester.disconnect(first.channel)?;
     let units = first.least.max(20);
-    if bench.setup.quick && units > QUICK {
+    if tester.setup.quick && units > QUICK {
         return inapplicable("takes long, and --quick is given");
     }
     let time = UNIT * u32::from(units);
-    let Granted { channel, .. } = bench.connect(other, units)?;
-    let course = lives_and_goes(bench, channel, time);
-    bench.disconnect(channel)?;
+    let Granted { channel, .. } = tester.connect(other, units)?;
+    let course = lives_and_goes(tester, channel, time);
+    tester.disconnect(channel)?;
     course
 }
 
 /// It is there after one Send_Timeout, and gone after five more.
-fn lives_and_goes(bench: &mut Bench, channel: Channel, time: Duration) -> Course {
-    bench.pause(time)?;
-    lives(bench, channel, "after one Send_Timeout")?;
-    bench.pause(time * 5)?;
-    is_gone(bench, channel, "after five Send_Timeout without a word")
+fn lives_and_goes(tester: &mut Tester, channel: Channel, time: Duration) -> Course {
+    tester.pause(time)?;
+    lives(tester, channel, "after one Send_Timeout")?;
+    tester.pause(time * 5)?;
+    is_gone(tester, channel, "after five Send_Timeout without a word")
 }
 
-fn r75(bench: &mut Bench) -> Course {
-    bench.has_ms2()?;
-    let count = bench.keywords()?.c2_channels.unwrap_or(1);
+fn r75(tester: &mut Tester) -> Course {
+    tester.has_ms2()?;
+    let count = tester.keywords()?.c2_channels.unwrap_or(1);
     let mut opened = Vec::new();
-    let course = many(bench, count, &mut opened);
+    let course = many(tester, count, &mut opened);
     for channel in opened {
-        bench.disconnect(channel)?;
+        tester.disconnect(channel)?;
     }
     course
 }
 
-fn many(bench: &mut Bench, count: u8, opened: &mut Vec<Channel>) -> Course {
-    let other = bench.other();
+fn many(tester: &mut Tester, count: u8, opened: &mut Vec<Channel>) -> Course {
+    let other = tester.other();
     for number in 1..=count {
-        let channel = bench.connect(other, LONG)?.channel;
+        let channel = tester.connect(other, LONG)?.channel;
         if opened.contains(&channel) {
             return broken(format!("SAP {} is handed out a second time", channel.dsap));
         }
         opened.push(channel);
-        lives(bench, channel, &format!("on connection {number} of {count}"))?;
+        lives(tester, channel, &format!("on connection {number} of {count}"))?;
     }
     let manager = Channel::ms2(other, RESOURCE_MANAGER_SAP);
-    match bench.put(manager, &initiate(LONG))? {
+    match tester.put(manager, &initiate(LONG))? {
         Answer::Status(ReplyStatus::NotActivated | ReplyStatus::NoResource) => Ok(()),
         Answer::Acknowledged => {
             // Taken, and refused then.
-            let octets = bench.response(manager)?;
+            let octets = tester.response(manager)?;
             if service(&octets) == Some(Function::ResourceManager)
                 && let Ok(ResponsePdu::ResourceManager { sap, .. }) = ResponsePdu::parse(&octets)
             {
                 let channel = Channel::ms2(other, sap);
                 opened.push(channel);
-                let octets = bench.response(channel)?;
+                let octets = tester.response(channel)?;
                 if octets.first() == Some(&Function::Initiate.number()) {
                     return broken(format!(
                         "connection {} is opened, C2_Max_Count_Channels is {count}",
@@ -328,69 +328,69 @@ fn many(bench: &mut Bench, count: u8, opened: &mut Vec<Channel>) -> Course {
     }
 }
 
-fn r76(bench: &mut Bench) -> Course {
-    bench.connected(|bench, Granted { channel, .. }| {
-        let foreign = Channel { sa: bench.owner(), ..channel };
-        bench.closed(foreign, &IDLE, "Idle of another master")?;
+fn r76(tester: &mut Tester) -> Course {
+    tester.connected(|tester, Granted { channel, .. }| {
+        let foreign = Channel { sa: tester.owner(), ..channel };
+        tester.closed(foreign, &IDLE, "Idle of another master")?;
         let elsewhere = Channel { ssap: MS1_SAP, ..channel };
-        bench.closed(elsewhere, &IDLE, &format!("Idle from SSAP {MS1_SAP} instead of {CLASS_2_SAP}"))?;
-        lives(bench, channel, "behind telegrams of others")
+        tester.closed(elsewhere, &IDLE, &format!("Idle from SSAP {MS1_SAP} instead of {CLASS_2_SAP}"))?;
+        lives(tester, channel, "behind telegrams of others")
     })
 }
 
-fn r77(bench: &mut Bench) -> Course {
-    bench.connected(|bench, Granted { channel, .. }| {
-        let prm = bench.prm_v1();
-        bench.set_prm(&prm)?;
-        lives(bench, channel, "behind Set_Prm of the owner")?;
-        bench.chk_cfg()?;
-        bench.ready()?;
-        bench.exchanged_zeros()?;
-        lives(bench, channel, "in data exchange")?;
-        let unlock = Prm::unlock(bench.ident, bench.setup.user_prm());
-        bench.set_prm(&unlock)?;
-        lives(bench, channel, "behind Unlock of the owner")
+fn r77(tester: &mut Tester) -> Course {
+    tester.connected(|tester, Granted { channel, .. }| {
+        let prm = tester.prm_v1();
+        tester.set_prm(&prm)?;
+        lives(tester, channel, "behind Set_Prm of the owner")?;
+        tester.chk_cfg()?;
+        tester.ready()?;
+        tester.exchanged_zeros()?;
+        lives(tester, channel, "in data exchange")?;
+        let unlock = Prm::unlock(tester.ident, tester.setup.user_prm());
+        tester.set_prm(&unlock)?;
+        lives(tester, channel, "behind Unlock of the owner")
     })
 }
 
 /// What an Initiate that cannot be accepted is answered with in the end.
-fn is_not_accepted(bench: &mut Bench, data: &[u8], what: &str) -> Course<Option<AbortReason>> {
-    let other = bench.other();
+fn is_not_accepted(tester: &mut Tester, data: &[u8], what: &str) -> Course<Option<AbortReason>> {
+    let other = tester.other();
     let manager = Channel::ms2(other, RESOURCE_MANAGER_SAP);
-    if bench.put(manager, data)? != Answer::Acknowledged {
+    if tester.put(manager, data)? != Answer::Acknowledged {
         return Ok(None);
     }
-    let octets = bench.response(manager)?;
+    let octets = tester.response(manager)?;
     let Ok(ResponsePdu::ResourceManager { sap, .. }) = ResponsePdu::parse(&octets) else { return Ok(None) };
     let channel = Channel::ms2(other, sap);
-    let octets = bench.response(channel)?;
+    let octets = tester.response(channel)?;
     let parsed = ResponsePdu::parse(&octets);
     match parsed {
         Ok(ResponsePdu::Abort(abort)) => Ok(Some(abort.reason)),
         Ok(ResponsePdu::Negative { .. }) => Ok(None),
         Ok(_) | Err(_) => {
-            bench.disconnect(channel)?;
+            tester.disconnect(channel)?;
             broken(format!("{what} is answered with {}", crate::explain::hex(&octets)))
         }
     }
 }
 
-fn r78(bench: &mut Bench) -> Course {
-    bench.has_ms2()?;
-    let first = bench.connect(bench.other(), LONG)?;
-    bench.disconnect(first.channel)?;
+fn r78(tester: &mut Tester) -> Course {
+    tester.has_ms2()?;
+    let first = tester.connect(tester.other(), LONG)?;
+    tester.disconnect(first.channel)?;
     let Some(less @ 1..) = first.least.checked_sub(1) else {
         return inapplicable("the slave takes every Send_Timeout");
     };
     let what = format!("Initiate with a Send_Timeout of {less}, and the least is {},", first.least);
-    match is_not_accepted(bench, &initiate(less), &what)? {
+    match is_not_accepted(tester, &initiate(less), &what)? {
         None | Some(AbortReason::SEND_TIMEOUT) => Ok(()),
         Some(reason) => broken(format!("{what} is aborted because of {}, expected STO", reason.words())),
     }
 }
 
-fn r79(bench: &mut Bench) -> Course {
-    bench.has_ms2()?;
+fn r79(tester: &mut Tester) -> Course {
+    tester.has_ms2()?;
     let right = initiate(LONG);
     let with = |place: usize, octet: u8| {
         let mut octets = right.clone();
@@ -405,16 +405,16 @@ fn r79(bench: &mut Bench) -> Course {
         (with(12, 1), "Initiate with a source address of type 1 and two octets"),
         (short, "Initiate of 12 octets"),
     ] {
-        is_not_accepted(bench, &data, what)?;
+        is_not_accepted(tester, &data, what)?;
     }
-    let granted = bench.connect(bench.other(), LONG)?;
-    bench.disconnect(granted.channel)
+    let granted = tester.connect(tester.other(), LONG)?;
+    tester.disconnect(granted.channel)
 }
 
-fn r80(bench: &mut Bench) -> Course {
-    may_write(bench)?;
-    bench.connected(|bench, Granted { channel, .. }| {
-        let octets = bench.carried_out(channel, &[Function::DataTransport.number(), 0, 0, 1, 0])?;
+fn r80(tester: &mut Tester) -> Course {
+    may_write(tester)?;
+    tester.connected(|tester, Granted { channel, .. }| {
+        let octets = tester.carried_out(channel, &[Function::DataTransport.number(), 0, 0, 1, 0])?;
         if service(&octets) == Some(Function::DataTransport) {
             return Ok(());
         }
@@ -422,25 +422,25 @@ fn r80(bench: &mut Bench) -> Course {
     })
 }
 
-fn r81(bench: &mut Bench) -> Course {
-    bench.connected(|bench, Granted { channel, .. }| {
+fn r81(tester: &mut Tester) -> Course {
+    tester.connected(|tester, Granted { channel, .. }| {
         for sap in (0..RESOURCE_MANAGER_SAP).step_by(7).filter(|sap| *sap != channel.dsap) {
             let closed = Channel { dsap: sap, ..channel };
-            bench.closed(closed, &IDLE, &format!("Idle at SAP {sap}, which was not handed out,"))?;
+            tester.closed(closed, &IDLE, &format!("Idle at SAP {sap}, which was not handed out,"))?;
         }
         Ok(())
     })
 }
 
-fn r82(bench: &mut Bench) -> Course {
-    bench.has_ms1()?;
-    bench.connected(|bench, Granted { channel, .. }| {
-        let owner = bench.open()?;
-        bench.taken(owner, &Bench::probe(), "a Read at SAP 51")?;
-        bench.taken(channel, &IDLE, "Idle on a connection while a Read runs at SAP 51")?;
-        let octets = bench.response(owner)?;
+fn r82(tester: &mut Tester) -> Course {
+    tester.has_ms1()?;
+    tester.connected(|tester, Granted { channel, .. }| {
+        let owner = tester.open()?;
+        tester.taken(owner, &Tester::probe(), "a Read at SAP 51")?;
+        tester.taken(channel, &IDLE, "Idle on a connection while a Read runs at SAP 51")?;
+        let octets = tester.response(owner)?;
         is_of_read(&octets)?;
-        let octets = bench.response(channel)?;
+        let octets = tester.response(channel)?;
         if service(&octets) == Some(Function::Idle) {
             return Ok(());
         }
@@ -448,9 +448,9 @@ fn r82(bench: &mut Bench) -> Course {
     })
 }
 
-fn k02(bench: &mut Bench) -> Course {
-    if bench.has_ms2().is_ok() && bench.keywords()?.c2_response.is_none() {
+fn k02(tester: &mut Tester) -> Course {
+    if tester.has_ms2().is_ok() && tester.keywords()?.c2_response.is_none() {
         return inapplicable("the device file has no C2_Response_Timeout");
     }
-    watched(bench, "V1-K02", "no response came on a connection")
+    watched(tester, "V1-K02", "no response came on a connection")
 }

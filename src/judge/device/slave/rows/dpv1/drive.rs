@@ -7,12 +7,12 @@ use super::{expected, likely, open, row};
 use crate::client::{ParameterRefused, ParameterRequest};
 use crate::judge::device::course::{Course, broken, inapplicable};
 use crate::judge::device::row::{By, Group};
-use crate::judge::device::slave::Bench;
-use crate::judge::device::slave::bench::Channel;
+use crate::judge::device::slave::Tester;
+use crate::judge::device::slave::tester::Channel;
 use crate::profibus::dpv1::base_mode::{Attribute, Format, ParameterAddress, ParameterError, Values};
 use crate::profibus::dpv1::{ErrorCode, MAX_DATA, PARAMETER_INDEX};
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "DP-V1: parameters of a drive (PROFIdrive)",
     rows: &[
         row(
@@ -81,20 +81,20 @@ const PAUSE: Duration = Duration::from_millis(5);
 const SOME: usize = 40;
 
 /// A drive, its channel, and the slot where its parameters are.
-fn drive(bench: &mut Bench) -> Course<(Channel, u8)> {
-    bench.has_ms1()?;
-    if !bench.setup.profidrive {
+fn drive(tester: &mut Tester) -> Course<(Channel, u8)> {
+    tester.has_ms1()?;
+    if !tester.setup.profidrive {
         return inapplicable("needs a drive of PROFIdrive 3 or 4: profile=profidrive");
     }
-    let channel = bench.open()?;
+    let channel = tester.open()?;
     let Some(request) = ParameterRequest::read(1, 0, &[value(922, 0, 0)]) else {
         return inapplicable("a request has room for one parameter");
     };
     // Most take slot 0; some slot 1 only.
-    let taken = bench.write_record(channel, (0, PARAMETER_INDEX), request.octets())?.is_ok();
+    let taken = tester.write_record(channel, (0, PARAMETER_INDEX), request.octets())?.is_ok();
     let slot = u8::from(!taken);
     if taken {
-        response(bench, channel, slot)?;
+        response(tester, channel, slot)?;
     }
     Ok((channel, slot))
 }
@@ -104,13 +104,13 @@ const fn value(pnu: u16, elements: u8, subindex: u16) -> ParameterAddress {
 }
 
 /// Reads record 47 until the response is there.
-fn response(bench: &mut Bench, channel: Channel, slot: u8) -> Course<Vec<u8>> {
-    let until = bench.wire.now().saturating_add(PATIENCE);
+fn response(tester: &mut Tester, channel: Channel, slot: u8) -> Course<Vec<u8>> {
+    let until = tester.wire.now().saturating_add(PATIENCE);
     loop {
-        match bench.read_record(channel, (slot, PARAMETER_INDEX), MAX_DATA)? {
+        match tester.read_record(channel, (slot, PARAMETER_INDEX), MAX_DATA)? {
             Ok(octets) => return Ok(octets),
-            Err(failure) if failure.code == ErrorCode::STATE_CONFLICT && bench.wire.now() < until => {
-                bench.pause(PAUSE)?;
+            Err(failure) if failure.code == ErrorCode::STATE_CONFLICT && tester.wire.now() < until => {
+                tester.pause(PAUSE)?;
             }
             Err(failure) => {
                 return broken(format!("record 47 is written, and its Read is refused: {failure}"));
@@ -120,11 +120,11 @@ fn response(bench: &mut Bench, channel: Channel, slot: u8) -> Course<Vec<u8>> {
 }
 
 /// The response to a request.
-fn asked(bench: &mut Bench, (channel, slot): (Channel, u8), request: &[u8]) -> Course<Vec<u8>> {
-    if let Err(failure) = bench.write_record(channel, (slot, PARAMETER_INDEX), request)? {
+fn asked(tester: &mut Tester, (channel, slot): (Channel, u8), request: &[u8]) -> Course<Vec<u8>> {
+    if let Err(failure) = tester.write_record(channel, (slot, PARAMETER_INDEX), request)? {
         return broken(format!("Write of record 47 is refused: {failure}"));
     }
-    let octets = response(bench, channel, slot)?;
+    let octets = response(tester, channel, slot)?;
     if octets.len().is_multiple_of(2) {
         return Ok(octets);
     }
@@ -135,12 +135,12 @@ type Said = Result<(Format, Vec<u8>), ParameterRefused>;
 
 /// What a request says of each parameter.
 fn results(
-    bench: &mut Bench,
+    tester: &mut Tester,
     drive: (Channel, u8),
     request: Option<ParameterRequest>,
 ) -> Course<(Vec<u8>, Vec<Said>)> {
     let Some(request) = request else { return broken("the request has no room for its parameters") };
-    let octets = asked(bench, drive, request.octets())?;
+    let octets = asked(tester, drive, request.octets())?;
     let said = match request.results(&octets) {
         Ok(results) => {
             results.map(|result| result.map(|values| (values.format, values.octets.to_vec()))).collect()
@@ -151,8 +151,8 @@ fn results(
 }
 
 /// What one address gives.
-fn read(bench: &mut Bench, drive: (Channel, u8), reference: u8, address: ParameterAddress) -> Course<Said> {
-    let (_, said) = results(bench, drive, ParameterRequest::read(reference, 0, &[address]))?;
+fn read(tester: &mut Tester, drive: (Channel, u8), reference: u8, address: ParameterAddress) -> Course<Said> {
+    let (_, said) = results(tester, drive, ParameterRequest::read(reference, 0, &[address]))?;
     match said.into_iter().next() {
         Some(said) => Ok(said),
         None => broken("the response has no value"),
@@ -160,22 +160,22 @@ fn read(bench: &mut Bench, drive: (Channel, u8), reference: u8, address: Paramet
 }
 
 fn must_read(
-    bench: &mut Bench,
+    tester: &mut Tester,
     drive: (Channel, u8),
     reference: u8,
     address: ParameterAddress,
 ) -> Course<Vec<u8>> {
-    match read(bench, drive, reference, address)? {
+    match read(tester, drive, reference, address)? {
         Ok((_, octets)) => Ok(octets),
         Err(refused) => broken(format!("PNU {} is refused: {refused}", address.pnu)),
     }
 }
 
-fn r88(bench: &mut Bench) -> Course {
-    let drive = drive(bench)?;
-    let telegram = must_read(bench, drive, 17, value(922, 0, 0))?;
-    let device = must_read(bench, drive, 18, value(964, 5, 0))?;
-    let profile = must_read(bench, drive, 19, value(965, 2, 0))?;
+fn r88(tester: &mut Tester) -> Course {
+    let drive = drive(tester)?;
+    let telegram = must_read(tester, drive, 17, value(922, 0, 0))?;
+    let device = must_read(tester, drive, 18, value(964, 5, 0))?;
+    let profile = must_read(tester, drive, 19, value(965, 2, 0))?;
     for (pnu, octets, len) in [(922, &telegram, 2), (964, &device, 10), (965, &profile, 2)] {
         if octets.len() != len {
             return broken(format!("PNU {pnu} has {} octets, expected {len}", octets.len()));
@@ -184,7 +184,7 @@ fn r88(bench: &mut Bench) -> Course {
     if profile.first() != Some(&3) {
         return broken(format!("PNU 965 is {}, expected 03 and a version", crate::explain::hex(&profile)));
     }
-    let list = listed(bench, drive)?;
+    let list = listed(tester, drive)?;
     if list.is_sorted() && [922, 964, 965].iter().all(|pnu| list.contains(pnu)) {
         return Ok(());
     }
@@ -192,13 +192,13 @@ fn r88(bench: &mut Bench) -> Course {
 }
 
 /// The numbers of the list 980, without those of further lists.
-fn listed(bench: &mut Bench, drive: (Channel, u8)) -> Course<Vec<u16>> {
+fn listed(tester: &mut Tester, drive: (Channel, u8)) -> Course<Vec<u16>> {
     let mut list = Vec::new();
     // As many as there are: fewer and fewer at a time.
     let mut elements = 100;
     while elements > 0 && list.len() < 1000 {
         let from = u16::try_from(list.len()).unwrap_or(u16::MAX);
-        match read(bench, drive, 20, value(980, elements, from))? {
+        match read(tester, drive, 20, value(980, elements, from))? {
             Ok((_, octets)) => {
                 let numbers = octets
                     .chunks_exact(2)
@@ -228,8 +228,8 @@ fn is_error(said: Said, errors: &[u16], what: &str) -> Course {
     }
 }
 
-fn r89(bench: &mut Bench) -> Course {
-    let drive = drive(bench)?;
+fn r89(tester: &mut Tester) -> Course {
+    let drive = drive(tester)?;
     let other = ParameterAddress { attribute: Attribute::Unknown(0x50), ..value(922, 0, 0) };
     for (address, errors, what) in [
         (value(65535, 0, 0), &[0x00][..], "PNU 65535"),
@@ -237,7 +237,7 @@ fn r89(bench: &mut Bench) -> Course {
         (value(922, 1, 5), &[0x03, 0x04], "element 5 of PNU 922"),
         (other, &[0x16], "the attribute 50"),
     ] {
-        let said = read(bench, drive, 21, address)?;
+        let said = read(tester, drive, 21, address)?;
         is_error(said, errors, what)?;
     }
     Ok(())
@@ -248,12 +248,12 @@ const CHANGED: u16 = 925;
 
 /// What a change says.
 fn change(
-    bench: &mut Bench,
+    tester: &mut Tester,
     drive: (Channel, u8),
     address: ParameterAddress,
     values: Values<'_>,
 ) -> Course<(usize, Said)> {
-    let (octets, said) = results(bench, drive, ParameterRequest::change(22, 0, &[(address, values)]))?;
+    let (octets, said) = results(tester, drive, ParameterRequest::change(22, 0, &[(address, values)]))?;
     match said.into_iter().next() {
         Some(said) => Ok((octets.len(), said)),
         None => broken("the response has no result"),
@@ -261,32 +261,32 @@ fn change(
 }
 
 /// What is in the parameter that can be changed.
-fn changeable(bench: &mut Bench, drive: (Channel, u8)) -> Course<Vec<u8>> {
-    match read(bench, drive, 23, value(CHANGED, 0, 0))? {
+fn changeable(tester: &mut Tester, drive: (Channel, u8)) -> Course<Vec<u8>> {
+    match read(tester, drive, 23, value(CHANGED, 0, 0))? {
         Ok((_, octets)) => Ok(octets),
         Err(_) => inapplicable("the drive has no PNU 925, which can be changed without harm"),
     }
 }
 
-fn d01(bench: &mut Bench) -> Course {
-    may_write(bench)?;
-    let drive = drive(bench)?;
+fn d01(tester: &mut Tester) -> Course {
+    may_write(tester)?;
+    let drive = drive(tester)?;
     let word = Values { format: Format::WORD, count: 1, octets: &[0, 1] };
-    let (_, said) = change(bench, drive, value(964, 1, 0), word)?;
+    let (_, said) = change(tester, drive, value(964, 1, 0), word)?;
     is_error(said, &[0x01], "a change of PNU 964")?;
-    changeable(bench, drive)?;
+    changeable(tester, drive)?;
     let float = Values { format: Format::FLOAT, count: 1, octets: &[0; 4] };
-    let (_, said) = change(bench, drive, value(CHANGED, 0, 0), float)?;
+    let (_, said) = change(tester, drive, value(CHANGED, 0, 0), float)?;
     is_error(said, &[0x05], "a change of PNU 925 to a floating point number")?;
     let two = Values { format: Format::WORD, count: 2, octets: &[0, 1, 0, 1] };
-    let (_, said) = change(bench, drive, value(CHANGED, 0, 0), two)?;
+    let (_, said) = change(tester, drive, value(CHANGED, 0, 0), two)?;
     is_error(said, &[0x18], "a change of one element with two values")
 }
 
-fn r90(bench: &mut Bench) -> Course {
-    let drive = drive(bench)?;
+fn r90(tester: &mut Tester) -> Course {
+    let drive = drive(tester)?;
     let addresses = [value(922, 0, 0), value(65535, 0, 0), value(965, 0, 0)];
-    let (octets, said) = results(bench, drive, ParameterRequest::read(24, 0, &addresses))?;
+    let (octets, said) = results(tester, drive, ParameterRequest::read(24, 0, &addresses))?;
     if octets.get(1) != Some(&0x81) {
         return broken(format!(
             "one of three parameters is wrong, and the response is no 81: {}",
@@ -294,7 +294,7 @@ fn r90(bench: &mut Bench) -> Course {
         ));
     }
     let alone =
-        [must_read(bench, drive, 25, value(922, 0, 0))?, must_read(bench, drive, 26, value(965, 0, 0))?];
+        [must_read(tester, drive, 25, value(922, 0, 0))?, must_read(tester, drive, 26, value(965, 0, 0))?];
     match &said[..] {
         [Ok((_, first)), Err(refused), Ok((_, third))]
             if [first, third] == [&alone[0], &alone[1]] && refused.error == ParameterError(0) =>
@@ -305,23 +305,23 @@ fn r90(bench: &mut Bench) -> Course {
     }
 }
 
-fn d02(bench: &mut Bench) -> Course {
-    may_write(bench)?;
-    let drive = drive(bench)?;
-    let own = changeable(bench, drive)?;
+fn d02(tester: &mut Tester) -> Course {
+    may_write(tester)?;
+    let drive = drive(tester)?;
+    let own = changeable(tester, drive)?;
     let values = Values { format: Format::WORD, count: 1, octets: &own };
-    match change(bench, drive, value(CHANGED, 0, 0), values)? {
+    match change(tester, drive, value(CHANGED, 0, 0), values)? {
         (4, Ok(_)) => Ok(()),
         (len, Ok(_)) => broken(format!("a change is answered with {len} octets, expected 4")),
         (_, Err(refused)) => broken(format!("a change of PNU 925 to its own value is refused: {refused}")),
     }
 }
 
-fn r91(bench: &mut Bench) -> Course {
-    drive(bench)?;
-    bench.release()?;
-    let channel = bench.open()?;
-    let result = bench.read_record(channel, (0, PARAMETER_INDEX), MAX_DATA)?;
+fn r91(tester: &mut Tester) -> Course {
+    drive(tester)?;
+    tester.release()?;
+    let channel = tester.open()?;
+    let result = tester.read_record(channel, (0, PARAMETER_INDEX), MAX_DATA)?;
     is_refused(result, ErrorCode::STATE_CONFLICT, "Read of record 47 without a Write")
 }
 
@@ -329,14 +329,14 @@ fn r91(bench: &mut Bench) -> Course {
 const DESCRIPTION: usize = 46;
 
 /// The whole description of a parameter.
-fn description(bench: &mut Bench, drive: (Channel, u8), pnu: u16) -> Course<Said> {
+fn description(tester: &mut Tester, drive: (Channel, u8), pnu: u16) -> Course<Said> {
     let address = ParameterAddress { attribute: Attribute::Description, elements: 1, pnu, subindex: 0 };
-    read(bench, drive, 27, address)
+    read(tester, drive, 27, address)
 }
 
-fn r92(bench: &mut Bench) -> Course {
-    let drive = drive(bench)?;
-    match description(bench, drive, 922)? {
+fn r92(tester: &mut Tester) -> Course {
+    let drive = drive(tester)?;
+    match description(tester, drive, 922)? {
         Ok((_, octets)) if octets.len() == DESCRIPTION => Ok(()),
         Ok((_, octets)) => {
             broken(format!("the description of PNU 922 has {} octets, expected 46", octets.len()))
@@ -348,11 +348,11 @@ fn r92(bench: &mut Bench) -> Course {
     }
 }
 
-fn d03(bench: &mut Bench) -> Course {
-    let drive = drive(bench)?;
-    let list = listed(bench, drive)?;
+fn d03(tester: &mut Tester) -> Course {
+    let drive = drive(tester)?;
+    let list = listed(tester, drive)?;
     for pnu in list.into_iter().filter(|pnu| !(980..=989).contains(pnu)).take(SOME) {
-        if let Err(refused) = read(bench, drive, 28, value(pnu, 0, 0))?
+        if let Err(refused) = read(tester, drive, 28, value(pnu, 0, 0))?
             && refused.error == ParameterError(0x00)
         {
             return broken(format!("PNU {pnu} is in the list 980, and there is no such parameter"));

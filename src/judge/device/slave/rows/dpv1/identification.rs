@@ -5,11 +5,11 @@ use super::records::{is_refused, may_write};
 use super::{expected, likely, open, row};
 use crate::judge::device::course::{Course, broken, inapplicable};
 use crate::judge::device::row::{By, Group};
-use crate::judge::device::slave::Bench;
-use crate::judge::device::slave::bench::{Channel, Granted};
+use crate::judge::device::slave::Tester;
+use crate::judge::device::slave::tester::{Channel, Granted};
 use crate::profibus::dpv1::{CALL_INDEX, ErrorCode, Failure, Function, MAX_DATA, PARAMETER_INDEX};
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "DP-V1: identification (I&M)",
     rows: &[
         row(
@@ -69,8 +69,8 @@ fn call(block: u16) -> [u8; CALL_LEN] {
 }
 
 /// It has I&M.
-fn has(bench: &Bench) -> Course {
-    if bench.keywords()?.identification {
+fn has(tester: &Tester) -> Course {
+    if tester.keywords()?.identification {
         Ok(())
     } else {
         inapplicable("the device file has no Ident_Maintenance_supp")
@@ -78,16 +78,16 @@ fn has(bench: &Bench) -> Course {
 }
 
 /// What a call of a block gives.
-fn called(bench: &mut Bench, channel: Channel, block: u16) -> Course<Result<Vec<u8>, Failure>> {
-    match bench.write_record(channel, PLACE, &call(block))? {
+fn called(tester: &mut Tester, channel: Channel, block: u16) -> Course<Result<Vec<u8>, Failure>> {
+    match tester.write_record(channel, PLACE, &call(block))? {
         Err(failure) => Ok(Err(failure)),
-        Ok(()) => bench.read_record(channel, PLACE, MAX_DATA),
+        Ok(()) => tester.read_record(channel, PLACE, MAX_DATA),
     }
 }
 
 /// The 64 octets of a block that is there.
-fn block_of(bench: &mut Bench, channel: Channel, block: u16) -> Course<[u8; LEN]> {
-    let data = match called(bench, channel, block)? {
+fn block_of(tester: &mut Tester, channel: Channel, block: u16) -> Course<[u8; LEN]> {
+    let data = match called(tester, channel, block)? {
         Ok(data) => data,
         Err(failure) => return broken(format!("I&M{block} is refused: {failure}")),
     };
@@ -123,35 +123,35 @@ fn wrong_field(octets: &[u8; LEN]) -> Option<String> {
     }
 }
 
-fn r83(bench: &mut Bench) -> Course {
-    has(bench)?;
-    let channel = bench.open()?;
-    let octets = block_of(bench, channel, 0)?;
+fn r83(tester: &mut Tester) -> Course {
+    has(tester)?;
+    let channel = tester.open()?;
+    let octets = block_of(tester, channel, 0)?;
     if let Some(why) = wrong_field(&octets) {
         return broken(why);
     }
-    if bench.has_ms2().is_err() {
+    if tester.has_ms2().is_err() {
         return Ok(());
     }
-    bench.connected(|bench, Granted { channel, .. }| {
-        if block_of(bench, channel, 0)? == octets {
+    tester.connected(|tester, Granted { channel, .. }| {
+        if block_of(tester, channel, 0)? == octets {
             return Ok(());
         }
         broken("I&M0 over a connection is another one than at SAP 51")
     })
 }
 
-fn r84(bench: &mut Bench) -> Course {
-    has(bench)?;
-    let channel = bench.open()?;
-    let octets = bench.carried_out(channel, &[Function::Read.number(), 0, CALL_INDEX, MAX_DATA])?;
+fn r84(tester: &mut Tester) -> Course {
+    has(tester)?;
+    let channel = tester.open()?;
+    let octets = tester.carried_out(channel, &[Function::Read.number(), 0, CALL_INDEX, MAX_DATA])?;
     must_refuse(&octets, "Read of record 255 without a call")
 }
 
-fn r85(bench: &mut Bench) -> Course {
-    has(bench)?;
-    let channel = bench.open()?;
-    match called(bench, channel, 199)? {
+fn r85(tester: &mut Tester) -> Course {
+    has(tester)?;
+    let channel = tester.open()?;
+    match called(tester, channel, 199)? {
         Err(_) => Ok(()),
         Ok(data) => broken(format!("a call of 65199 gives {}", crate::explain::hex(&data))),
     }
@@ -165,32 +165,32 @@ fn named(octets: &[u8; LEN]) -> Vec<u16> {
     (1..=4).filter(|block| supported >> block & 1 == 1).collect()
 }
 
-fn i01(bench: &mut Bench) -> Course {
-    has(bench)?;
-    let channel = bench.open()?;
-    let first = block_of(bench, channel, 0)?;
+fn i01(tester: &mut Tester) -> Course {
+    has(tester)?;
+    let channel = tester.open()?;
+    let first = block_of(tester, channel, 0)?;
     for block in named(&first) {
-        block_of(bench, channel, block)?;
+        block_of(tester, channel, block)?;
     }
     Ok(())
 }
 
-fn r86(bench: &mut Bench) -> Course {
-    has(bench)?;
-    may_write(bench)?;
-    let channel = bench.open()?;
-    let first = block_of(bench, channel, 0)?;
+fn r86(tester: &mut Tester) -> Course {
+    has(tester)?;
+    may_write(tester)?;
+    let channel = tester.open()?;
+    let first = block_of(tester, channel, 0)?;
     for block in named(&first) {
-        let before = block_of(bench, channel, block)?;
+        let before = block_of(tester, channel, block)?;
         let other = before.map(|octet| if octet == b'x' { b'y' } else { b'x' });
         let mut is_kept = true;
         for octets in [&other, &before] {
             let data = [&call(block)[..], octets].concat();
-            match bench.write_record(channel, PLACE, &data)? {
+            match tester.write_record(channel, PLACE, &data)? {
                 // It can be read only.
                 Err(failure) if failure.code == ErrorCode::ACCESS_DENIED => break,
                 Err(failure) => return broken(format!("Write of I&M{block} is refused: {failure}")),
-                Ok(()) => is_kept &= block_of(bench, channel, block)? == *octets,
+                Ok(()) => is_kept &= block_of(tester, channel, block)? == *octets,
             }
         }
         if !is_kept {
@@ -198,20 +198,20 @@ fn r86(bench: &mut Bench) -> Course {
         }
     }
     let data = [&call(0)[..], &first].concat();
-    let result = bench.write_record(channel, PLACE, &data)?;
+    let result = tester.write_record(channel, PLACE, &data)?;
     if result.is_ok() {
         return is_refused(result, ErrorCode::ACCESS_DENIED, "Write of I&M0");
     }
     Ok(())
 }
 
-fn r87(bench: &mut Bench) -> Course {
-    let channel = bench.open()?;
+fn r87(tester: &mut Tester) -> Course {
+    let channel = tester.open()?;
     let is_known =
-        bench.setup.records.as_ref().is_some_and(|records| records.record(0, PARAMETER_INDEX).is_some());
-    if bench.setup.profidrive || is_known {
+        tester.setup.records.as_ref().is_some_and(|records| records.record(0, PARAMETER_INDEX).is_some());
+    if tester.setup.profidrive || is_known {
         return inapplicable("the slave has a record 47");
     }
-    let result = bench.read_record(channel, (0, PARAMETER_INDEX), MAX_DATA)?;
+    let result = tester.read_record(channel, (0, PARAMETER_INDEX), MAX_DATA)?;
     is_refused(result, ErrorCode::INVALID_INDEX, "Read of record 47")
 }

@@ -4,13 +4,13 @@ use super::channel::is_of_read;
 use super::{configuration, expected, likely, open, row, watchdog};
 use crate::judge::device::course::{Course, broken};
 use crate::judge::device::row::{By, Group};
-use crate::judge::device::slave::Bench;
+use crate::judge::device::slave::Tester;
 use crate::judge::device::slave::answer::Answer;
-use crate::judge::device::slave::bench::{CLEAR, Channel, Prm};
+use crate::judge::device::slave::tester::{CLEAR, Channel, Prm};
 use crate::profibus::dp::Service;
 use crate::profibus::fdl::{Address, ReplyStatus};
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "DP-V1: life of MS1",
     rows: &[
         row(
@@ -65,92 +65,92 @@ pub(super) const GROUP: Group<Bench> = Group {
     ],
 };
 
-fn r34(bench: &mut Bench) -> Course {
-    let channel = bench.open()?;
-    bench.taken(channel, &Bench::probe(), "a Read at SAP 51")?;
-    let unlock = Prm::unlock(bench.ident, bench.setup.user_prm());
-    bench.set_prm(&unlock)?;
-    bench.closed(channel, &[], "a poll at SAP 51 behind Unlock")?;
-    bench.open()?;
-    bench.taken(channel, &[], "the first poll behind a new start")
+fn r34(tester: &mut Tester) -> Course {
+    let channel = tester.open()?;
+    tester.taken(channel, &Tester::probe(), "a Read at SAP 51")?;
+    let unlock = Prm::unlock(tester.ident, tester.setup.user_prm());
+    tester.set_prm(&unlock)?;
+    tester.closed(channel, &[], "a poll at SAP 51 behind Unlock")?;
+    tester.open()?;
+    tester.taken(channel, &[], "the first poll behind a new start")
 }
 
-fn r35(bench: &mut Bench) -> Course {
-    let channel = bench.has_ms1()?;
-    let prm = bench.prm_v1().watched([10, 1]);
-    bench.begin_with(&prm)?;
-    bench.carried_out(channel, &Bench::probe())?;
-    bench.exchanged_zeros()?;
-    let time = watchdog::over(bench, prm.watchdog());
-    bench.pause(time)?;
-    bench.closed(channel, &Bench::probe(), "a Read at SAP 51 behind the watchdog time")
+fn r35(tester: &mut Tester) -> Course {
+    let channel = tester.has_ms1()?;
+    let prm = tester.prm_v1().watched([10, 1]);
+    tester.begin_with(&prm)?;
+    tester.carried_out(channel, &Tester::probe())?;
+    tester.exchanged_zeros()?;
+    let time = watchdog::over(tester, prm.watchdog());
+    tester.pause(time)?;
+    tester.closed(channel, &Tester::probe(), "a Read at SAP 51 behind the watchdog time")
 }
 
-fn r36(bench: &mut Bench) -> Course {
-    let channel = bench.open()?;
-    let wrong = Prm { ident: !bench.ident, ..bench.prm_v1() };
-    bench.set_prm(&wrong)?;
-    bench.closed(channel, &Bench::probe(), "a Read at SAP 51 behind a wrong Set_Prm")?;
-    if let Some((_, cfg)) = configuration::wrong_ones(bench).into_iter().next() {
-        bench.open()?;
-        bench.acknowledged(Service::ChkCfg, &cfg)?;
-        bench.closed(channel, &Bench::probe(), "a Read at SAP 51 behind a wrong Chk_Cfg")?;
+fn r36(tester: &mut Tester) -> Course {
+    let channel = tester.open()?;
+    let wrong = Prm { ident: !tester.ident, ..tester.prm_v1() };
+    tester.set_prm(&wrong)?;
+    tester.closed(channel, &Tester::probe(), "a Read at SAP 51 behind a wrong Set_Prm")?;
+    if let Some((_, cfg)) = configuration::wrong_ones(tester).into_iter().next() {
+        tester.open()?;
+        tester.acknowledged(Service::ChkCfg, &cfg)?;
+        tester.closed(channel, &Tester::probe(), "a Read at SAP 51 behind a wrong Chk_Cfg")?;
     }
     Ok(())
 }
 
-fn r37(bench: &mut Bench) -> Course {
-    let channel = bench.open()?;
-    bench.taken(channel, &Bench::probe(), "a Read at SAP 51")?;
-    let prm = bench.prm_v1();
-    bench.set_prm(&prm)?;
-    bench.chk_cfg()?;
-    bench.ready()?;
-    bench.exchanged_zeros()?;
-    if let Answer::Data(_, octets) = bench.put(channel, &[])? {
+fn r37(tester: &mut Tester) -> Course {
+    let channel = tester.open()?;
+    tester.taken(channel, &Tester::probe(), "a Read at SAP 51")?;
+    let prm = tester.prm_v1();
+    tester.set_prm(&prm)?;
+    tester.chk_cfg()?;
+    tester.ready()?;
+    tester.exchanged_zeros()?;
+    if let Answer::Data(_, octets) = tester.put(channel, &[])? {
         let octets = crate::explain::hex(&octets);
         return broken(format!("the response to a Read of before comes behind the new Set_Prm: {octets}"));
     }
-    let octets = bench.carried_out(channel, &Bench::probe())?;
+    let octets = tester.carried_out(channel, &Tester::probe())?;
     is_of_read(&octets)
 }
 
-fn r38(bench: &mut Bench) -> Course {
-    let channel = bench.open()?;
-    bench.control(CLEAR, 0)?;
-    let octets = bench.carried_out(channel, &Bench::probe())?;
-    bench.control(0, 0)?;
+fn r38(tester: &mut Tester) -> Course {
+    let channel = tester.open()?;
+    tester.control(CLEAR, 0)?;
+    let octets = tester.carried_out(channel, &Tester::probe())?;
+    tester.control(0, 0)?;
     is_of_read(&octets)
 }
 
-fn r39(bench: &mut Bench) -> Course {
-    let channel = bench.has_ms1()?;
-    let prm = bench.prm_v1();
-    bench.set_prm(&prm)?;
-    let answer = bench.put(channel, &Bench::probe())?;
+fn r39(tester: &mut Tester) -> Course {
+    let channel = tester.has_ms1()?;
+    let prm = tester.prm_v1();
+    tester.set_prm(&prm)?;
+    let answer = tester.put(channel, &Tester::probe())?;
     if answer == Answer::Acknowledged || answer.is_status(ReplyStatus::NotActivated) {
         return Ok(());
     }
     broken(format!("a Read in WAIT-CFG is answered with {}, expected RS or SC", answer.words()))
 }
 
-fn r40(bench: &mut Bench) -> Course {
-    bench.open()?;
-    let unlock = Prm::unlock(bench.ident, bench.setup.user_prm());
-    bench.set_prm(&unlock)?;
-    let (first, second) = (bench.owner(), bench.other());
-    bench.setup.owner = Address::from_octet(second);
-    let course = is_of(bench, first);
-    let released = bench.release();
-    bench.setup.owner = Address::from_octet(first);
+fn r40(tester: &mut Tester) -> Course {
+    tester.open()?;
+    let unlock = Prm::unlock(tester.ident, tester.setup.user_prm());
+    tester.set_prm(&unlock)?;
+    let (first, second) = (tester.owner(), tester.other());
+    tester.setup.owner = Address::from_octet(second);
+    let course = is_of(tester, first);
+    let released = tester.release();
+    tester.setup.owner = Address::from_octet(first);
     course.and(released)
 }
 
 /// The new owner is served, the old one not.
-fn is_of(bench: &mut Bench, before: u8) -> Course {
-    let channel = bench.open()?;
-    let octets = bench.carried_out(channel, &Bench::probe())?;
+fn is_of(tester: &mut Tester, before: u8) -> Course {
+    let channel = tester.open()?;
+    let octets = tester.carried_out(channel, &Tester::probe())?;
     is_of_read(&octets)?;
     let old = Channel::ms1(before);
-    bench.closed(old, &Bench::probe(), &format!("a Read of master {before}, which owned it before"))
+    tester.closed(old, &Tester::probe(), &format!("a Read of master {before}, which owned it before"))
 }

@@ -12,11 +12,11 @@ mod records;
 use super::row;
 use super::{configuration, softer, watchdog};
 use crate::judge::device::row::{Entry, Group};
-use crate::judge::device::slave::Bench;
+use crate::judge::device::slave::Tester;
 use crate::judge::requirement::Confidence;
 
 /// Every group, in the order of the table.
-pub(super) fn groups() -> [Group<Bench>; 8] {
+pub(super) fn groups() -> [Group<Tester>; 8] {
     [
         channel::GROUP,
         records::GROUP,
@@ -30,16 +30,16 @@ pub(super) fn groups() -> [Group<Bench>; 8] {
 }
 
 /// A mandatory row of one source.
-const fn likely(entry: Entry<Bench>) -> Entry<Bench> {
+const fn likely(entry: Entry<Tester>) -> Entry<Tester> {
     softer(entry, 1, Confidence::C)
 }
 
 /// A row that is expected, of which the sources are not sure.
-const fn open(entry: Entry<Bench>) -> Entry<Bench> {
+const fn open(entry: Entry<Tester>) -> Entry<Tester> {
     softer(entry, 2, Confidence::U)
 }
 
 /// A row that is expected.
-const fn expected(entry: Entry<Bench>) -> Entry<Bench> {
+const fn expected(entry: Entry<Tester>) -> Entry<Tester> {
     softer(entry, 2, Confidence::B)
 }

@@ -7,12 +7,12 @@ use super::{expected, likely, open, row};
 use crate::host::StationRecord;
 use crate::judge::device::course::{Course, broken, inapplicable};
 use crate::judge::device::row::{By, Group};
-use crate::judge::device::slave::Bench;
+use crate::judge::device::slave::Tester;
 use crate::judge::device::slave::answer::Answer;
-use crate::judge::device::slave::bench::{Channel, is_negative};
+use crate::judge::device::slave::tester::{Channel, is_negative};
 use crate::profibus::dpv1::{ErrorCode, Failure, Function, MAX_DATA};
 
-pub(super) const GROUP: Group<Bench> = Group {
+pub(super) const GROUP: Group<Tester> = Group {
     title: "DP-V1: Read and Write",
     rows: &[
         row(
@@ -141,9 +141,13 @@ pub(super) const GROUP: Group<Bench> = Group {
 type Place = (u8, u8);
 
 /// The first record that is so.
-fn known(bench: &Bench, what: &str, fits: impl Fn(&StationRecord) -> bool) -> Course<(Place, StationRecord)> {
-    bench.has_ms1()?;
-    let records = bench.setup.records.iter().flat_map(|records| records.iter());
+fn known(
+    tester: &Tester,
+    what: &str,
+    fits: impl Fn(&StationRecord) -> bool,
+) -> Course<(Place, StationRecord)> {
+    tester.has_ms1()?;
+    let records = tester.setup.records.iter().flat_map(|records| records.iter());
     match records.into_iter().find(|(_, record)| fits(record)) {
         Some((place, record)) => Ok((place, record.clone())),
         None => inapplicable(format!("needs records= with a record {what}")),
@@ -151,8 +155,8 @@ fn known(bench: &Bench, what: &str, fits: impl Fn(&StationRecord) -> bool) -> Co
 }
 
 /// A record that can be read.
-fn readable(bench: &Bench) -> Course<(Place, u8)> {
-    let (place, record) = known(bench, "that can be read", |record| record.read)?;
+fn readable(tester: &Tester) -> Course<(Place, u8)> {
+    let (place, record) = known(tester, "that can be read", |record| record.read)?;
     Ok((place, len_of(&record)))
 }
 
@@ -160,8 +164,8 @@ fn len_of(record: &StationRecord) -> u8 {
     u8::try_from(record.data.len()).unwrap_or(MAX_DATA)
 }
 
-pub(super) fn may_write(bench: &Bench) -> Course {
-    if bench.setup.writes_allowed {
+pub(super) fn may_write(tester: &Tester) -> Course {
+    if tester.setup.writes_allowed {
         Ok(())
     } else {
         inapplicable("needs --write: records are written, and written back")
@@ -169,8 +173,8 @@ pub(super) fn may_write(bench: &Bench) -> Course {
 }
 
 /// What is in a record.
-pub(super) fn content(bench: &mut Bench, channel: Channel, place: Place, len: u8) -> Course<Vec<u8>> {
-    match bench.read_record(channel, place, len)? {
+pub(super) fn content(tester: &mut Tester, channel: Channel, place: Place, len: u8) -> Course<Vec<u8>> {
+    match tester.read_record(channel, place, len)? {
         Ok(data) => Ok(data),
         Err(failure) => {
             let (slot, index) = place;
@@ -188,34 +192,34 @@ pub(super) fn is_refused<T>(result: Result<T, Failure>, code: ErrorCode, what: &
     }
 }
 
-fn r18(bench: &mut Bench) -> Course {
-    let (place, len) = readable(bench)?;
-    has_len(bench, place, len, len)
+fn r18(tester: &mut Tester) -> Course {
+    let (place, len) = readable(tester)?;
+    has_len(tester, place, len, len)
 }
 
 /// Read with `asked` gives `len` octets.
-fn has_len(bench: &mut Bench, place: Place, asked: u8, len: u8) -> Course {
-    let channel = bench.open()?;
-    let octets = content(bench, channel, place, asked)?;
+fn has_len(tester: &mut Tester, place: Place, asked: u8, len: u8) -> Course {
+    let channel = tester.open()?;
+    let octets = content(tester, channel, place, asked)?;
     if octets.len() == usize::from(len) {
         return Ok(());
     }
     broken(format!("Read with length {asked} gives {} octets, expected {len}", octets.len()))
 }
 
-fn r19(bench: &mut Bench) -> Course {
-    let (place, len) = readable(bench)?;
-    let most = bench.keywords()?.c1_max_data_len.unwrap_or(MAX_DATA);
-    has_len(bench, place, MAX_DATA, len.min(most))
+fn r19(tester: &mut Tester) -> Course {
+    let (place, len) = readable(tester)?;
+    let most = tester.keywords()?.c1_max_data_len.unwrap_or(MAX_DATA);
+    has_len(tester, place, MAX_DATA, len.min(most))
 }
 
-fn r20(bench: &mut Bench) -> Course {
-    let (place, record) = known(bench, "of two octets or more that can be read", |record| {
+fn r20(tester: &mut Tester) -> Course {
+    let (place, record) = known(tester, "of two octets or more that can be read", |record| {
         record.read && record.data.len() > 1
     })?;
-    let channel = bench.open()?;
-    let whole = content(bench, channel, place, len_of(&record))?;
-    let first = content(bench, channel, place, 1)?;
+    let channel = tester.open()?;
+    let whole = content(tester, channel, place, len_of(&record))?;
+    let first = content(tester, channel, place, 1)?;
     if whole.starts_with(&first) && first.len() == 1 {
         return Ok(());
     }
@@ -225,17 +229,17 @@ fn r20(bench: &mut Bench) -> Course {
 /// Places of slot 0 that few devices have.
 const FEW_HAVE: [u8; 6] = [254, 253, 199, 151, 99, 3];
 
-fn r21(bench: &mut Bench) -> Course {
-    let channel = bench.open()?;
+fn r21(tester: &mut Tester) -> Course {
+    let channel = tester.open()?;
     let mut first = None;
-    let is_known = |bench: &Bench, index: u8| {
-        bench.setup.records.as_ref().is_some_and(|records| records.record(0, index).is_some())
+    let is_known = |tester: &Tester, index: u8| {
+        tester.setup.records.as_ref().is_some_and(|records| records.record(0, index).is_some())
     };
     for index in FEW_HAVE {
-        if is_known(bench, index) {
+        if is_known(tester, index) {
             continue;
         }
-        match bench.read_record(channel, (0, index), MAX_DATA)? {
+        match tester.read_record(channel, (0, index), MAX_DATA)? {
             Ok(_) => {}
             Err(failure) if failure.code == ErrorCode::INVALID_INDEX => return Ok(()),
             Err(failure) => {
@@ -251,29 +255,30 @@ fn r21(bench: &mut Bench) -> Course {
     }
 }
 
-fn r22(bench: &mut Bench) -> Course {
-    let channel = bench.open()?;
-    let result = bench.read_record(channel, (255, 1), MAX_DATA)?;
+fn r22(tester: &mut Tester) -> Course {
+    let channel = tester.open()?;
+    let result = tester.read_record(channel, (255, 1), MAX_DATA)?;
     is_refused(result, ErrorCode::INVALID_SLOT, "Read of slot 255")
 }
 
 /// A record that can be read and written.
-fn writable(bench: &Bench) -> Course<(Place, u8)> {
-    may_write(bench)?;
-    let (place, record) = known(bench, "that can be read and written", |record| record.read && record.write)?;
+fn writable(tester: &Tester) -> Course<(Place, u8)> {
+    may_write(tester)?;
+    let (place, record) =
+        known(tester, "that can be read and written", |record| record.read && record.write)?;
     Ok((place, len_of(&record)))
 }
 
 /// Other octets are written, and come back; then those of before.
-fn there_and_back(bench: &mut Bench, place: Place, len: u8) -> Course {
-    let channel = bench.open()?;
-    let before = content(bench, channel, place, len)?;
+fn there_and_back(tester: &mut Tester, place: Place, len: u8) -> Course {
+    let channel = tester.open()?;
+    let before = content(tester, channel, place, len)?;
     let other: Vec<u8> = before.iter().map(|octet| !octet).collect();
     for data in [&other, &before] {
-        if let Err(failure) = bench.write_record(channel, place, data)? {
+        if let Err(failure) = tester.write_record(channel, place, data)? {
             return broken(format!("Write of slot {} index {} is refused: {failure}", place.0, place.1));
         }
-        let now = content(bench, channel, place, len)?;
+        let now = content(tester, channel, place, len)?;
         if now != *data {
             let (got, expected) = (crate::explain::hex(&now), crate::explain::hex(data));
             return broken(format!("behind a Write the record has {got}, expected {expected}"));
@@ -282,33 +287,33 @@ fn there_and_back(bench: &mut Bench, place: Place, len: u8) -> Course {
     Ok(())
 }
 
-fn r23(bench: &mut Bench) -> Course {
-    let (place, len) = writable(bench)?;
-    there_and_back(bench, place, len)
+fn r23(tester: &mut Tester) -> Course {
+    let (place, len) = writable(tester)?;
+    there_and_back(tester, place, len)
 }
 
 /// This Write is refused, and the record stays.
 fn stays(
-    bench: &mut Bench,
+    tester: &mut Tester,
     channel: Channel,
     (place, len): (Place, u8),
     data: &[u8],
     (code, what): (ErrorCode, &str),
 ) -> Course {
-    let before = content(bench, channel, place, len)?;
-    let result = bench.write_record(channel, place, data)?;
-    let after = content(bench, channel, place, len)?;
+    let before = content(tester, channel, place, len)?;
+    let result = tester.write_record(channel, place, data)?;
+    let after = content(tester, channel, place, len)?;
     if after != before {
-        bench.write_record(channel, place, &before)?.ok();
+        tester.write_record(channel, place, &before)?.ok();
         return broken(format!("{what} changes the record"));
     }
     is_refused(result, code, what)
 }
 
-fn r24(bench: &mut Bench) -> Course {
-    let (place, len) = writable(bench)?;
-    let channel = bench.open()?;
-    let before = content(bench, channel, place, len)?;
+fn r24(tester: &mut Tester) -> Course {
+    let (place, len) = writable(tester)?;
+    let channel = tester.open()?;
+    let before = content(tester, channel, place, len)?;
     let other: Vec<u8> = before.iter().map(|octet| !octet).collect();
     let short = other.get(..other.len().saturating_sub(1)).unwrap_or_default();
     let long = [&other[..], &[0]].concat();
@@ -317,61 +322,61 @@ fn r24(bench: &mut Bench) -> Course {
             continue;
         }
         let what = format!("Write of {} octets to a record of {len}", data.len());
-        stays(bench, channel, (place, len), data, (ErrorCode::WRITE_LENGTH, &what))?;
+        stays(tester, channel, (place, len), data, (ErrorCode::WRITE_LENGTH, &what))?;
     }
     Ok(())
 }
 
-fn r25(bench: &mut Bench) -> Course {
-    may_write(bench)?;
-    let (place, record) = known(bench, "that can only be read", |record| record.read && !record.write)?;
-    let channel = bench.open()?;
+fn r25(tester: &mut Tester) -> Course {
+    may_write(tester)?;
+    let (place, record) = known(tester, "that can only be read", |record| record.read && !record.write)?;
+    let channel = tester.open()?;
     let len = len_of(&record);
-    let other: Vec<u8> = content(bench, channel, place, len)?.iter().map(|octet| !octet).collect();
+    let other: Vec<u8> = content(tester, channel, place, len)?.iter().map(|octet| !octet).collect();
     let what = "Write to a record that can only be read";
-    stays(bench, channel, (place, len), &other, (ErrorCode::ACCESS_DENIED, what))
+    stays(tester, channel, (place, len), &other, (ErrorCode::ACCESS_DENIED, what))
 }
 
-fn r26(bench: &mut Bench) -> Course {
-    let (place, _) = known(bench, "that can only be written", |record| record.write && !record.read)?;
-    let channel = bench.open()?;
-    let result = bench.read_record(channel, place, MAX_DATA)?;
+fn r26(tester: &mut Tester) -> Course {
+    let (place, _) = known(tester, "that can only be written", |record| record.write && !record.read)?;
+    let channel = tester.open()?;
+    let result = tester.read_record(channel, place, MAX_DATA)?;
     is_refused(result, ErrorCode::ACCESS_DENIED, "Read of a record that can only be written")
 }
 
-fn r27(bench: &mut Bench) -> Course {
-    let (place, _) = readable(bench)?;
-    let channel = bench.open()?;
-    match bench.read_record(channel, place, 0)? {
+fn r27(tester: &mut Tester) -> Course {
+    let (place, _) = readable(tester)?;
+    let channel = tester.open()?;
+    match tester.read_record(channel, place, 0)? {
         Ok(data) if data.is_empty() => Ok(()),
         Ok(data) => broken(format!("Read with length 0 gives {} octets", data.len())),
         Err(failure) => is_refused::<()>(Err(failure), ErrorCode::INVALID_RANGE, "Read with length 0"),
     }
 }
 
-fn r28(bench: &mut Bench) -> Course {
-    if bench.keywords()?.c1_max_data_len.is_some_and(|most| most < MAX_DATA) {
+fn r28(tester: &mut Tester) -> Course {
+    if tester.keywords()?.c1_max_data_len.is_some_and(|most| most < MAX_DATA) {
         return inapplicable("C1_Max_Data_Len is less than 240");
     }
     let long = |record: &StationRecord| record.read && record.data.len() == usize::from(MAX_DATA);
-    let (place, record) = known(bench, "of 240 octets that can be read", long)?;
-    has_len(bench, place, MAX_DATA, MAX_DATA)?;
-    if record.write && bench.setup.writes_allowed {
-        bench.release()?;
-        there_and_back(bench, place, MAX_DATA)?;
+    let (place, record) = known(tester, "of 240 octets that can be read", long)?;
+    has_len(tester, place, MAX_DATA, MAX_DATA)?;
+    if record.write && tester.setup.writes_allowed {
+        tester.release()?;
+        there_and_back(tester, place, MAX_DATA)?;
     }
     Ok(())
 }
 
-fn r29(bench: &mut Bench) -> Course {
-    let most = bench.keywords()?.c1_max_data_len.unwrap_or(MAX_DATA);
+fn r29(tester: &mut Tester) -> Course {
+    let most = tester.keywords()?.c1_max_data_len.unwrap_or(MAX_DATA);
     let longer = |record: &StationRecord| record.read && record.data.len() > most.into();
     if most == MAX_DATA {
         return inapplicable("C1_Max_Data_Len is 240");
     }
-    let (place, _) = known(bench, &format!("of more than {most} octets that can be read"), longer)?;
-    let channel = bench.open()?;
-    let got = content(bench, channel, place, MAX_DATA)?.len();
+    let (place, _) = known(tester, &format!("of more than {most} octets that can be read"), longer)?;
+    let channel = tester.open()?;
+    let got = content(tester, channel, place, MAX_DATA)?.len();
     if got <= most.into() {
         return Ok(());
     }
@@ -388,18 +393,18 @@ const NO_REQUESTS: [(&[u8], &str); 6] = [
     (&[Function::Read.number() | Function::NEGATIVE, 0, 0, 1], "a negative response"),
 ];
 
-fn r30(bench: &mut Bench) -> Course {
-    bench.has_ms1()?;
+fn r30(tester: &mut Tester) -> Course {
+    tester.has_ms1()?;
     for (octets, what) in NO_REQUESTS {
-        let channel = bench.open()?;
-        match bench.put(channel, octets)? {
+        let channel = tester.open()?;
+        match tester.put(channel, octets)? {
             Answer::Status(_) => {}
             Answer::Acknowledged => {
                 // It may end the data exchange instead of a response.
-                let request = bench.telegram(channel, &[]);
-                let answer = bench.must_answer(&request)?;
+                let request = tester.telegram(channel, &[]);
+                let answer = tester.must_answer(&request)?;
                 if answer == Answer::Acknowledged {
-                    let response = bench.response(channel)?;
+                    let response = tester.response(channel)?;
                     must_refuse(&response, what)?;
                 } else if let Answer::Data(_, response) = answer {
                     must_refuse(&response, what)?;
@@ -410,60 +415,60 @@ fn r30(bench: &mut Bench) -> Course {
                 return broken(format!("{what} is answered with {}", answer.words()));
             }
         }
-        bench.release()?;
+        tester.release()?;
     }
-    let channel = bench.open()?;
-    let octets = bench.carried_out(channel, &Bench::probe())?;
+    let channel = tester.open()?;
+    let octets = tester.carried_out(channel, &Tester::probe())?;
     is_of_read(&octets)
 }
 
-fn r31(bench: &mut Bench) -> Course {
-    bench.keywords()?;
-    watched(bench, "V1-R31", "no service was refused")
+fn r31(tester: &mut Tester) -> Course {
+    tester.keywords()?;
+    watched(tester, "V1-R31", "no service was refused")
 }
 
 /// A row that is watched; without an occasion it does not apply.
-pub(super) fn watched(bench: &mut Bench, id: &'static str, nothing: &str) -> Course {
-    if bench.notes.occasions(id) == 0 { inapplicable(nothing) } else { bench.watched(id, nothing) }
+pub(super) fn watched(tester: &mut Tester, id: &'static str, nothing: &str) -> Course {
+    if tester.notes.occasions(id) == 0 { inapplicable(nothing) } else { tester.watched(id, nothing) }
 }
 
-fn k01(bench: &mut Bench) -> Course {
-    if bench.has_ms1().is_ok() && bench.keywords()?.c1_response.is_none() {
+fn k01(tester: &mut Tester) -> Course {
+    if tester.has_ms1().is_ok() && tester.keywords()?.c1_response.is_none() {
         return inapplicable("the device file has no C1_Response_Timeout");
     }
-    watched(bench, "V1-K01", "no response came at SAP 51")
+    watched(tester, "V1-K01", "no response came at SAP 51")
 }
 
 /// The shortest delay that is seen.
 const SLOW: Duration = Duration::from_millis(100);
 
-fn r32(bench: &mut Bench) -> Course {
-    let (place, record) = known(bench, "with a delay_ms of 100 or more that can be read", |record| {
+fn r32(tester: &mut Tester) -> Course {
+    let (place, record) = known(tester, "with a delay_ms of 100 or more that can be read", |record| {
         record.read && record.delay >= SLOW
     })?;
-    let channel = bench.open()?;
+    let channel = tester.open()?;
     let request = [Function::Read.number(), place.0, place.1, MAX_DATA];
-    bench.taken(channel, &request, "a Read at SAP 51")?;
-    bench.taken(channel, &[], "a poll while a slow record is read")?;
-    bench.pause(record.delay / 2)?;
-    bench.taken(channel, &[], "a poll while a slow record is read")?;
-    let octets = bench.response(channel)?;
+    tester.taken(channel, &request, "a Read at SAP 51")?;
+    tester.taken(channel, &[], "a poll while a slow record is read")?;
+    tester.pause(record.delay / 2)?;
+    tester.taken(channel, &[], "a poll while a slow record is read")?;
+    let octets = tester.response(channel)?;
     is_of_read(&octets)
 }
 
-fn r33(bench: &mut Bench) -> Course {
-    let (place, len) = readable(bench)?;
-    if !bench.is_attended() {
+fn r33(tester: &mut Tester) -> Course {
+    let (place, len) = readable(tester)?;
+    if !tester.is_attended() {
         return inapplicable("needs --ask: set-record");
     }
-    let channel = bench.open()?;
-    let before = content(bench, channel, place, len)?;
+    let channel = tester.open()?;
+    let before = content(tester, channel, place, len)?;
     let other: Vec<u8> = before.iter().map(|octet| octet ^ 0x5A).collect();
     for data in [&other, &before] {
         let hex: String = data.iter().map(|octet| format!("{octet:02X}")).collect();
-        bench.attend(&format!("set-record {} {} {hex}", place.0, place.1))?;
-        bench.effect()?;
-        let now = content(bench, channel, place, len)?;
+        tester.attend(&format!("set-record {} {} {hex}", place.0, place.1))?;
+        tester.effect()?;
+        let now = content(tester, channel, place, len)?;
         if now != *data {
             return broken(format!(
                 "the record has {}, and the device has put {hex} there",

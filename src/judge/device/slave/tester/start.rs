@@ -2,7 +2,7 @@
 
 use core::time::Duration;
 
-use super::{Bench, DIAG_LEN, Prm};
+use super::{DIAG_LEN, Prm, Tester};
 use crate::judge::device::course::{Course, Halt, broken};
 use crate::judge::device::play::Trial;
 use crate::judge::device::row::{Group, Table};
@@ -27,7 +27,7 @@ const READY: Duration = Duration::from_secs(5);
 /// Between two diagnoses of a slave that is not ready.
 const READY_PAUSE: Duration = Duration::from_millis(5);
 
-impl Table for Bench {
+impl Table for Tester {
     const SUBJECT: &'static str = "slave";
 
     fn groups() -> Vec<Group<Self>> {
@@ -35,7 +35,7 @@ impl Table for Bench {
     }
 }
 
-impl Trial for Bench {
+impl Trial for Tester {
     fn now(&self) -> Instant {
         self.wire.now()
     }
@@ -135,7 +135,7 @@ impl Trial for Bench {
     }
 }
 
-impl Bench {
+impl Tester {
     /// What every slave answers.
     pub(super) fn probes(&self) -> [Request; 2] {
         let (slave, owner) = (self.slave(), self.owner());

@@ -39,7 +39,7 @@ const SHOWN: usize = 24;
 const PROBES: u32 = 3;
 
 /// A node under test, and a master beside it.
-pub struct Bench {
+pub struct Tester {
     pub(super) setup: Setup,
     pub(super) wire: Wire,
     pub(super) known: Known,
@@ -63,13 +63,13 @@ pub struct Bench {
     pub(super) moved: Vec<Id>,
 }
 
-impl core::fmt::Debug for Bench {
+impl core::fmt::Debug for Tester {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.debug_struct("Bench").field("setup", &self.setup).field("wire", &self.wire).finish_non_exhaustive()
+        f.debug_struct("Tester").field("setup", &self.setup).field("wire", &self.wire).finish_non_exhaustive()
     }
 }
 
-impl Bench {
+impl Tester {
     pub(super) fn new(setup: Setup, wire: Wire, attendant: Option<Box<dyn Attendant>>) -> Self {
         Self {
             asked: wire.now(),
@@ -480,7 +480,7 @@ impl Bench {
     }
 }
 
-impl Table for Bench {
+impl Table for Tester {
     const SUBJECT: &'static str = "node";
 
     fn groups() -> Vec<Group<Self>> {
@@ -488,7 +488,7 @@ impl Table for Bench {
     }
 }
 
-impl Trial for Bench {
+impl Trial for Tester {
     fn now(&self) -> Instant {
         self.wire.now()
     }

@@ -38,7 +38,7 @@ const PROBES: u32 = 3;
 
 /// A slave under test, and a master beside it.
 #[derive(Debug)]
-pub struct Bench {
+pub struct Tester {
     pub(super) setup: Setup,
     pub(super) wire: Wire,
     attendant: Option<Owned>,
@@ -71,7 +71,7 @@ impl core::fmt::Debug for Owned {
     }
 }
 
-impl Bench {
+impl Tester {
     pub(super) fn new(setup: Setup, wire: Wire, attendant: Option<Box<dyn Attendant>>) -> Self {
         Self {
             setup,
@@ -294,7 +294,7 @@ impl Bench {
 
     /// What the form and the time of a reply say.
     fn notice(&mut self, request: &Request, octets: &[u8], after: core::time::Duration) {
-        let shown = |bench: &Self| bench.last_shown();
+        let shown = |tester: &Self| tester.last_shown();
         self.notes.occasion("S-F14");
         self.notes.occasion("S-T02");
         // The reply to another request says that a retry was seen: rows of the frame count bit.

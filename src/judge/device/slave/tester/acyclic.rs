@@ -2,7 +2,7 @@
 
 use core::time::Duration;
 
-use super::{Bench, Prm};
+use super::{Prm, Tester};
 use crate::gsd::AcyclicKeywords;
 use crate::judge::device::course::{Course, broken, inapplicable, missed};
 use crate::judge::device::slave::answer::Answer;
@@ -88,7 +88,7 @@ pub(in super::super) fn service(octets: &[u8]) -> Option<Function> {
     Function::numbered(octets.first()? & !Function::NEGATIVE)
 }
 
-impl Bench {
+impl Tester {
     /// What the device file says of DP-V1.
     pub(in super::super) fn keywords(&self) -> Course<AcyclicKeywords> {
         match &self.setup.gsd {

@@ -2,7 +2,7 @@
 
 use core::time::Duration;
 
-use super::{Bench, FREEZE, SYNC};
+use super::{FREEZE, SYNC, Tester};
 use crate::host::octets_of_hex;
 use crate::judge::device::course::{Course, broken, inapplicable, missed};
 use crate::judge::device::slave::answer::Answer;
@@ -54,22 +54,22 @@ impl Effect {
     /// Whether a command, sent so, has its effect. In the end it has none any more.
     pub(in super::super) fn is_had(
         self,
-        bench: &mut Bench,
-        send: impl FnOnce(&mut Bench) -> Course,
+        tester: &mut Tester,
+        send: impl FnOnce(&mut Tester) -> Course,
     ) -> Course<bool> {
-        let pattern = bench.pattern(0x55);
+        let pattern = tester.pattern(0x55);
         if self == Self::Clear {
-            bench.exchanged(&pattern)?;
+            tester.exchanged(&pattern)?;
         }
-        send(bench)?;
+        send(tester)?;
         let had = match self {
-            Self::Sync => bench.diag()?.is(DiagBit::SyncMode),
-            Self::Freeze => bench.diag()?.is(DiagBit::FreezeMode),
-            Self::Clear => bench.outputs()? != pattern,
+            Self::Sync => tester.diag()?.is(DiagBit::SyncMode),
+            Self::Freeze => tester.diag()?.is(DiagBit::FreezeMode),
+            Self::Clear => tester.outputs()? != pattern,
         };
         match self {
-            Self::Sync => bench.control(UNSYNC_COMMAND, 0)?,
-            Self::Freeze => bench.control(UNFREEZE_COMMAND, 0)?,
+            Self::Sync => tester.control(UNSYNC_COMMAND, 0)?,
+            Self::Freeze => tester.control(UNFREEZE_COMMAND, 0)?,
             Self::Clear => {}
         }
         Ok(had)
@@ -78,24 +78,24 @@ impl Effect {
     /// The command to these groups has its effect, or must not.
     pub(in super::super) fn try_group(
         self,
-        bench: &mut Bench,
+        tester: &mut Tester,
         groups: u8,
         expected: bool,
         what: &str,
     ) -> Course {
         let command = self.command();
-        self.must_be(bench, expected, what, |bench| bench.control(command, groups))
+        self.must_be(tester, expected, what, |tester| tester.control(command, groups))
     }
 
     /// What is sent has the effect, or must not.
     pub(in super::super) fn must_be(
         self,
-        bench: &mut Bench,
+        tester: &mut Tester,
         expected: bool,
         what: &str,
-        send: impl FnOnce(&mut Bench) -> Course,
+        send: impl FnOnce(&mut Tester) -> Course,
     ) -> Course {
-        let had = self.is_had(bench, send)?;
+        let had = self.is_had(tester, send)?;
         match (had, expected) {
             (true, false) => broken(format!("{self:?} of {what} is carried out")),
             (false, true) => broken(format!("{self:?} of {what} is not carried out")),
@@ -104,7 +104,7 @@ impl Effect {
     }
 }
 
-impl Bench {
+impl Tester {
     /// To data exchange; that it does not come there is this row's failure.
     pub(in super::super) fn must_start(&mut self) -> Course {
         let prm = self.prm();

@@ -2,7 +2,7 @@
 
 use core::time::Duration;
 
-use super::Bench;
+use super::Tester;
 use crate::judge::device::course::{Course, broken, inapplicable};
 use crate::profibus::ppo::{JobId, Pke, Pkw, PpoType, ReplyId, Stw, Zsw};
 
@@ -15,7 +15,7 @@ const LEAST: u32 = 5;
 /// Between two exchanges.
 const CYCLE: Duration = Duration::from_millis(2);
 
-impl Bench {
+impl Tester {
     /// The PPO of the slave.
     pub(in super::super) fn profile(&self) -> Course<PpoType> {
         match self.setup.profile {
