@@ -105,7 +105,7 @@ pub struct Gsd {
     pub flags: Flags,
     /// The keywords of DP-V1: services, alarms, identification.
     pub acyclic: AcyclicKeywords,
-    /// The keyword of a mode that is required and not emulated; a plant may need it.
+    /// The keyword of a mode that is required and not emulated; a machine may need it.
     pub requires: Option<String>,
     /// Max_Diag_Data_Len: the longest Slave_Diag with its six fixed octets, 6..=244.
     pub max_diag_len: u8,

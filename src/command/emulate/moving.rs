@@ -1,4 +1,4 @@
-//! Lines of the log about motion: of a plant that moves all the time the first are logged, the others counted.
+//! Lines of the log about motion: of a machine that moves all the time the first are logged, the others counted.
 
 use core::time::Duration;
 
@@ -8,9 +8,9 @@ use crate::time::Instant;
 
 /// So many lines about motion are logged in a [`SPAN`].
 const MOST: u32 = 20;
-/// How long they are counted together; a plant that says nothing about motion for so long stands.
+/// How long they are counted together; a machine that says nothing about motion for so long stands.
 const SPAN: Duration = Duration::from_secs(10);
-/// Of a plant that goes on the count is told this often.
+/// Of a machine that goes on the count is told this often.
 const REPORT: Duration = Duration::from_secs(600);
 
 /// What was logged about motion lately.
@@ -38,7 +38,7 @@ impl Moving {
         times.last = now;
         if now.saturating_since(times.span) >= SPAN {
             times.span = now;
-            // A plant that moves on is not new in the next span.
+            // A machine that moves on is not new in the next span.
             self.lines = if self.lines > MOST { MOST } else { 0 };
         }
         if now.saturating_since(times.told) >= REPORT {
