@@ -1,4 +1,4 @@
-//! The line: time, who sends, who hears.
+//! The simulated line: its clock, its stations, and the master under test; who sends, and who hears it.
 
 use core::fmt;
 use core::ops::Range;

@@ -1,4 +1,4 @@
-//! What a master under test offers the line.
+//! [`Master`]: what a master under test must implement to be on the simulated line.
 
 use crate::profibus::fdl::MAX_TELEGRAM_LEN;
 use crate::time::Instant;

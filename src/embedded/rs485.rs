@@ -1,4 +1,4 @@
-//! A UART and the direction pin of its RS-485 transceiver.
+//! A UART with an RS-485 transceiver, whose direction pin is set while it sends.
 
 use core::convert::Infallible;
 

@@ -1,4 +1,4 @@
-//! What the services of DP carry.
+//! The data of each service of DP in words: Set_Prm, Chk_Cfg, Slave_Diag and the others.
 
 use super::context::Learned;
 use super::field::Field;

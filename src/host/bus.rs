@@ -1,4 +1,4 @@
-//! Many stations on one line.
+//! A line with many stations: octets and time in; replies, events and a deadline out.
 
 use core::any::Any;
 use core::fmt;

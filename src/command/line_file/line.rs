@@ -1,4 +1,4 @@
-//! A line: its link, who is on it, faults.
+//! A `[[line]]` of a line file as the arguments of `emulate`: its link, who is on it, faults.
 
 use core::fmt::Display;
 use core::ops::Range;

@@ -1,4 +1,4 @@
-//! The line, opened from the master's end.
+//! Opens the link of `profidrive master`, which is the master on it.
 
 use crate::host::Link;
 use crate::host::link::serial::Serial;

@@ -1,4 +1,4 @@
-//! What kept a command from doing what it was asked.
+//! [`Trouble`]: why a command of `profidrive master` has failed.
 
 use crate::client::PkwError;
 use crate::master::{DriveError, SessionError};

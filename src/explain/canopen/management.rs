@@ -1,4 +1,4 @@
-//! NMT, SYNC, time, error control and emergencies.
+//! Frames of CANopen that are neither SDO nor PDO, in words: NMT, SYNC, time, error control and emergencies.
 
 use super::entry::{emcy as emcy_in_words, register};
 use super::node::Learned;

@@ -1,4 +1,5 @@
-//! User parameters: parts with constants and references, definitions, the old form.
+//! Reads the user parameters of a GSD: constants, references and definitions (`Ext_User_Prm_Data_...`), and the older
+//! `User_Prm_Data`.
 
 use super::{DIAG_BIT, DIAG_FIXED_LEN, Reader};
 use crate::gsd::hint::Place;

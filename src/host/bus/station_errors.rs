@@ -1,4 +1,4 @@
-//! What went wrong at a station, counted by kind.
+//! Counters of the errors of a station, by kind of error.
 
 use crate::devices::StationEvent;
 use crate::face::ErrorKind;

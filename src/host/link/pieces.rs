@@ -1,4 +1,4 @@
-//! The octets of one sender, cut into telegrams and what is none.
+//! Cuts the octets of one sender into telegrams, and the noise between them.
 //!
 //! For links that must not mix the octets of two senders, or that act on whole telegrams: noise is handed on as well,
 //! which a [`Framer`](crate::profibus::fdl::Framer) drops. What is cut is what a

@@ -1,4 +1,4 @@
-//! What is asked of a disk, and the directory that does it.
+//! [`Disk`]: what the state directory asks of the operating system, so that tests can let it fail.
 
 use core::fmt::Debug;
 use std::fs::{self, File, OpenOptions};

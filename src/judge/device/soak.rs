@@ -1,4 +1,4 @@
-//! Rows that held are tried again at random, for hours.
+//! `judge --soak`: rows that held are tried again in random order, for hours.
 
 use core::time::Duration;
 

@@ -1,4 +1,4 @@
-//! How a master takes part in a line.
+//! The settings of a master on a line: address, rate, times, watchdog.
 
 use core::time::Duration;
 

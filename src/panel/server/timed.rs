@@ -1,4 +1,4 @@
-//! A connection whose client takes what is sent to it in time.
+//! A connection of HTTP that is closed when its client does not take what is sent to it in time.
 
 use core::pin::Pin;
 use core::task::{Context, Poll, ready};

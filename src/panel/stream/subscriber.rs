@@ -1,4 +1,4 @@
-//! One reader of the stream.
+//! One reader of the live stream: what it is sent, and when it has read too slowly.
 
 use core::time::Duration;
 

@@ -1,4 +1,4 @@
-//! slcan, the ASCII text of a Lawicel adapter: between a master and the adapter that has it on the bus.
+//! slcan: the ASCII protocol of Lawicel between a master and its CAN adapter.
 //!
 //! ```text
 //! master ──"t60584000100000000000\r"──▶ Adapter ──Effect::Transmit(frame)──▶ bus

@@ -1,4 +1,4 @@
-//! What the indicator tells of itself besides its objects.
+//! What a face shows of the AP10 besides its objects: fault, warning, position and speed.
 
 use core::fmt;
 

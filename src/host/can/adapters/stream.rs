@@ -1,4 +1,4 @@
-//! What an adapter and its master are connected by.
+//! The connection of an adapter with its master: a pseudo-terminal, or a TCP connection.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
@@ -9,7 +9,7 @@ use crate::host::link::pty::Pty;
 use crate::host::link::{Look, Sleep};
 use crate::host::{Link, Received};
 
-/// Octets the kernel keeps for a master at a TCP port: so many stale frames it reads at most that comes back to reading.
+/// Octets that the kernel keeps for a master at a TCP port: one that reads again after a pause gets no more old frames.
 const KERNEL_BUFFER: usize = 64 * 1024;
 
 pub(super) enum Stream {

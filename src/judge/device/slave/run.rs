@@ -1,4 +1,4 @@
-//! A slave on a link of the operating system, or in virtual time.
+//! Runs the judgement of a slave: on a link of the operating system, or in virtual time.
 
 use super::wire::{Sight, Wire};
 use super::{Report, Row, Setup, Tester};

@@ -1,4 +1,4 @@
-//! TPDOs: transmission types, SYNC, remote requests, timers.
+//! Rows about TPDOs: transmission types, SYNC, remote requests, timers.
 
 use core::time::Duration;
 

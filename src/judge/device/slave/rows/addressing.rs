@@ -1,4 +1,4 @@
-//! Set_Slave_Add.
+//! Rows about Set_Slave_Add: the slave takes another address, and keeps it.
 
 use super::{row, softer};
 use crate::judge::device::course::{Course, broken, inapplicable};

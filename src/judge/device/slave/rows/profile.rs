@@ -1,4 +1,4 @@
-//! The profile PROFIDRIVE version 2 (`docs/reference/profidrive-v2.md`): parameter channel and states.
+//! Rows about the profile PROFIDRIVE version 2 (`docs/reference/profidrive-v2.md`): parameter channel and states.
 
 use core::ops::RangeInclusive;
 use core::time::Duration;

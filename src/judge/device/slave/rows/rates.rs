@@ -1,4 +1,4 @@
-//! The rates of the device file, one after the other.
+//! Rows about rates: the slave must exchange data at each rate of its device file.
 
 use core::time::Duration;
 
