@@ -1,5 +1,9 @@
 //! Who does by hand what the bus cannot: switches the device off and on, sets its inputs.
 
+use core::fmt;
+
+use super::course::{Course, Halt, inapplicable};
+
 /// Does an action at the device under test, and says what there is to say.
 ///
 /// | action | does |
@@ -22,5 +26,25 @@ pub trait Attendant {
 impl<F: FnMut(&str) -> Option<String>> Attendant for F {
     fn act(&mut self, action: &str) -> Option<String> {
         self(action)
+    }
+}
+
+/// The attendant of a judgement, if it has one.
+pub(super) struct Attended(pub(super) Option<Box<dyn Attendant>>);
+
+impl Attended {
+    /// Has an action done; the row cannot be judged without.
+    pub(super) fn act(&mut self, action: &str) -> Course<String> {
+        let Some(attendant) = &mut self.0 else {
+            return inapplicable(format!("needs --ask: a command that does '{action}'"));
+        };
+        let said = attendant.act(action);
+        said.ok_or_else(|| Halt::Inapplicable(format!("--ask does not do '{action}'")))
+    }
+}
+
+impl fmt::Debug for Attended {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Attended").field(&self.0.is_some()).finish()
     }
 }

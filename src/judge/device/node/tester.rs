@@ -10,6 +10,7 @@ use crate::can_bus::can::{Frame, Id};
 use crate::can_bus::canopen::{Address, NmtState, NodeId, cob_id};
 use crate::explain::canopen::Network;
 use crate::explain::hex;
+use crate::judge::device::attendant::Attended;
 use crate::judge::device::course::{Course, Halt, broken, inapplicable};
 use crate::judge::device::play::Trial;
 use crate::judge::device::row::{Group, Table};
@@ -43,7 +44,7 @@ pub struct Tester {
     pub(super) setup: Setup,
     pub(super) wire: Wire,
     pub(super) known: Known,
-    attendant: Option<Box<dyn Attendant>>,
+    attendant: Attended,
     /// Entries that were written, and what they held, oldest first.
     written: Vec<(Address, Vec<u8>)>,
     /// The row has left behind what only a reset ends.
@@ -76,7 +77,7 @@ impl Tester {
             setup,
             wire,
             known: Known::default(),
-            attendant,
+            attendant: Attended(attendant),
             written: Vec::new(),
             dirty: false,
             guarded: false,
@@ -147,11 +148,7 @@ impl Tester {
 
     /// Has somebody do this at the node.
     pub(super) fn act(&mut self, action: &str) -> Course<String> {
-        let Some(attendant) = &mut self.attendant else {
-            return inapplicable(format!("needs --ask: a command that does '{action}'"));
-        };
-        let said = attendant.act(action);
-        said.ok_or_else(|| Halt::Inapplicable(format!("--ask does not do '{action}'")))
+        self.attendant.act(action)
     }
 
     /// Sends a frame of data.

@@ -7,6 +7,7 @@ use super::answer::{Answer, Diagnosis, is_sd3, misformed, short};
 use super::notes::Notes;
 use super::request::Request;
 use super::wire::{Heard, Sight, Wire};
+use crate::judge::device::attendant::Attended;
 use crate::judge::device::course::{Course, Halt, broken};
 use crate::judge::device::{Attendant, Ending};
 use crate::judge::moment::{Moment, Side, Telegram, explained};
@@ -41,7 +42,7 @@ const PROBES: u32 = 3;
 pub struct Tester {
     pub(super) setup: Setup,
     pub(super) wire: Wire,
-    attendant: Option<Owned>,
+    attendant: Attended,
     counts: Map<u8, FrameCount>,
     pub(super) notes: Notes,
     /// What it is, by the file or by its own words.
@@ -62,21 +63,12 @@ pub struct Tester {
     why_not: Option<String>,
 }
 
-/// Somebody, without a look inside.
-struct Owned(Box<dyn Attendant>);
-
-impl core::fmt::Debug for Owned {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str("Attendant")
-    }
-}
-
 impl Tester {
     pub(super) fn new(setup: Setup, wire: Wire, attendant: Option<Box<dyn Attendant>>) -> Self {
         Self {
             setup,
             wire,
-            attendant: attendant.map(Owned),
+            attendant: Attended(attendant),
             counts: Map::new(),
             notes: Notes::default(),
             ident: 0,
@@ -254,16 +246,12 @@ impl Tester {
 
     /// Asks who stands beside the slave for an action; the row cannot be judged without.
     pub(super) fn attend(&mut self, action: &str) -> Course<String> {
-        let Some(Owned(attendant)) = &mut self.attendant else {
-            return Err(Halt::Inapplicable("needs --ask: a command that does things at the slave".into()));
-        };
-        let said = attendant.act(action);
-        said.ok_or_else(|| Halt::Inapplicable(format!("--ask does not do '{action}'")))
+        self.attendant.act(action)
     }
 
     /// Whether somebody stands beside the slave.
     pub(super) const fn is_attended(&self) -> bool {
-        self.attendant.is_some()
+        self.attendant.0.is_some()
     }
 
     /// A row that was watched while others were judged.
