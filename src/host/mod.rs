@@ -59,8 +59,6 @@ mod hexadecimal;
 mod hosted_drive;
 #[cfg(feature = "panel")]
 pub(crate) mod inner_master;
-#[cfg(all(test, feature = "parameters"))]
-mod kept_lines;
 pub mod link;
 pub mod list;
 mod lock;
@@ -73,13 +71,13 @@ mod refusals;
 mod repeats;
 mod reported;
 mod run;
-#[cfg(all(test, feature = "parameters"))]
-pub(crate) mod silence;
 mod startup;
 mod state_dir;
 mod station_file;
 mod stop;
 mod stored;
+#[cfg(all(test, feature = "parameters"))]
+pub(crate) mod tests;
 mod value_board;
 
 pub(crate) use bus::StationErrors;

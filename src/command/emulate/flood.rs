@@ -1,5 +1,5 @@
 //! Test: a minute of everything wrong at once at five slaves, or at five nodes, is at most 140 lines of the log: 120 complaints at
-//! most (`host::silence::flood`), and what the drives do meanwhile.
+//! most (`host::tests::silence::flood`), and what the drives do meanwhile.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::io;
@@ -12,7 +12,7 @@ use super::lines::Start;
 use super::nodes::Nodes;
 use crate::host::Bus;
 use crate::host::can::{LinkSpec, Seat};
-use crate::host::silence::flood;
+use crate::host::tests::silence::flood;
 use crate::profibus::fdl::Timing;
 use crate::time::BaudRate;
 

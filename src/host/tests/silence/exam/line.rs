@@ -2,8 +2,8 @@
 
 use core::time::Duration;
 
-use crate::host::silence::slaves::{self, CYCLE, Line, MASTER, OTHER};
-use crate::host::silence::words::Kind;
+use crate::host::tests::silence::slaves::{self, CYCLE, Line, MASTER, OTHER};
+use crate::host::tests::silence::words::Kind;
 use crate::profibus::dp::Service;
 use crate::profibus::fdl;
 

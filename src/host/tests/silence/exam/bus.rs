@@ -3,8 +3,8 @@
 use core::time::Duration;
 
 use crate::can_bus::can::{Frame, Id};
-use crate::host::silence::nodes::{Bus, frame};
-use crate::host::silence::slaves::CYCLE;
+use crate::host::tests::silence::nodes::{Bus, frame};
+use crate::host::tests::silence::slaves::CYCLE;
 
 /// A mistake: what it is, at which target, what is sent, and words that are read of it in the log or by `why`.
 pub(super) type OnBus = (&'static str, &'static str, fn(&mut Bus), &'static [&'static str]);

@@ -21,13 +21,12 @@ use std::sync::OnceLock;
 
 use proptest::prelude::*;
 
-use super::can::{CanParticipant, StoredNode};
-use super::list::{Device, Group, Spec};
-use super::{Bus, Refusals, StateDir, StateDirError, ValueBoard};
 use crate::can_bus::can::{BaseId, Frame, Id};
 use crate::can_bus::canopen;
 use crate::face::description::{ParameterAccess, ParameterPlace, Switches};
-use crate::host::list::Ground;
+use crate::host::can::{CanParticipant, StoredNode};
+use crate::host::list::{Device, Ground, Group, MakeError, Spec};
+use crate::host::{Bus, Refusals, StateDir, StateDirError, ValueBoard};
 use crate::profibus::fdl::{Address, MAX_TELEGRAM_LEN, Timing};
 use crate::time::{BaudRate, Instant};
 use faulty_disk::{Failing, FaultyDisk};
@@ -36,7 +35,7 @@ use operations::{
     STORE, TO_NODE, number_object, object, op,
 };
 
-#[path = "../../tests/line/faulty_disk.rs"]
+#[path = "../../../tests/line/faulty_disk.rs"]
 mod faulty_disk;
 mod operations;
 
@@ -215,7 +214,7 @@ impl World {
         let ground = Ground { now: self.now, rate, state, refusals: &refusals, board: &board };
         let station = match spec.prepare().unwrap().make(&ground) {
             Ok(station) => station,
-            Err(super::list::MakeError::State(error)) => return Err(error),
+            Err(MakeError::State(error)) => return Err(error),
             Err(error) => panic!("{error}"),
         };
         let address = station.address();
