@@ -42,7 +42,7 @@ pub(crate) mod reasons;
 mod servo;
 mod station_event;
 pub(crate) mod story;
-pub mod vocabulary;
+pub(crate) mod vocabulary;
 
 #[cfg(feature = "std")]
 pub use bus_drive::{BusDrive, KeptValue};

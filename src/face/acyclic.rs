@@ -49,7 +49,7 @@ pub struct NewStatus<'a> {
 }
 
 /// The name of the last service that was refused, among what keeps a master from services.
-pub const SERVICE_REFUSED: &str = "ServiceRefused";
+pub(crate) const SERVICE_REFUSED: &str = "ServiceRefused";
 
 /// The channel of the owner.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

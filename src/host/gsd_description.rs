@@ -12,7 +12,7 @@ use crate::time::Instant;
 
 impl OutputsAre {
     /// Why the outputs are what they are, in words.
-    pub const fn words(self) -> &'static str {
+    pub(crate) const fn words(self) -> &'static str {
         match self {
             Self::Unowned => "no master exchanges data",
             Self::Live => "Data_Exchange",

@@ -25,7 +25,7 @@ impl Startup {
     /// What a master sends in Set_Prm (ident number, user parameters with DPV1_Status) and in Chk_Cfg, for a device whose octets
     /// have no meaning of their own.
     #[must_use]
-    pub const fn new(ident: u16, configuration: Vec<u8>, user_prm: Vec<u8>) -> Self {
+    pub(crate) const fn new(ident: u16, configuration: Vec<u8>, user_prm: Vec<u8>) -> Self {
         Self { ident, configuration, user_prm, ppo: None, operation: Operation::Octets }
     }
 

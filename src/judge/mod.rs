@@ -16,7 +16,7 @@ mod figures;
 mod master;
 mod moment;
 mod progress;
-pub mod report;
+pub(crate) mod report;
 mod requirement;
 mod verdict;
 

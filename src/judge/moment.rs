@@ -47,12 +47,12 @@ impl fmt::Display for Side {
 
 impl Moment {
     /// A telegram that is known of at one time.
-    pub fn new(at: Instant, side: Side, octets: &[u8]) -> Self {
+    pub(crate) fn new(at: Instant, side: Side, octets: &[u8]) -> Self {
         Self { at, end: at, side, octets: octets.to_vec() }
     }
 
     /// Its octets as text.
-    pub fn hex(&self) -> String {
+    pub(crate) fn hex(&self) -> String {
         hex(&self.octets)
     }
 }

@@ -72,11 +72,6 @@ impl<R: Requirement> ReportOf<R> {
         }
     }
 
-    /// Whether a row failed.
-    pub fn has_failed(&self) -> bool {
-        self.count(Verdict::Fail) > 0
-    }
-
     /// How many rows have this verdict.
     pub fn count(&self, verdict: Verdict) -> usize {
         self.judgements.iter().filter(|judgement| judgement.verdict == verdict).count()

@@ -56,7 +56,7 @@ pub enum DriveError {
 
 impl DriveError {
     /// Whether the drive can no longer be reached.
-    pub fn is_loss(&self) -> bool {
+    pub(crate) fn is_loss(&self) -> bool {
         match self {
             Self::Session(error) | Self::Unanswered(error) => error.is_loss(),
             Self::Goal(error) => matches!(error, GoalError::Interrupted),

@@ -140,7 +140,7 @@ pub enum SessionError {
 
 impl SessionError {
     /// Whether the drive can no longer be reached. Its own watchdog stops it then.
-    pub const fn is_loss(&self) -> bool {
+    pub(crate) const fn is_loss(&self) -> bool {
         match self {
             Self::Link(_)
             | Self::Library(_)

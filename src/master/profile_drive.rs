@@ -87,7 +87,7 @@ impl<L: Link, C: Clock> ProfileDrive<L, C> {
     ///
     /// # Errors
     /// [`DriveError`]; after [`DriveError::Unanswered`] it is not known whether the job was done.
-    pub fn job(&mut self, job: Job) -> Result<Reply, DriveError> {
+    pub(crate) fn job(&mut self, job: Job) -> Result<Reply, DriveError> {
         self.client.submit(self.session.now(), job)?;
         loop {
             let exchanged = self.exchange();

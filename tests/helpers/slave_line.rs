@@ -5,9 +5,9 @@ use std::collections::HashMap;
 use std::time::Duration;
 
 use profidrive::profibus::dp::{Application, Description, Event, ExtDiag, Fixed, Policy, Station};
-use profidrive::profibus::fdl::framer::{Framer, Resync};
 use profidrive::profibus::fdl::telegram::{Decoded, decode};
 use profidrive::profibus::fdl::{Address, FrameCount, FunctionCode, Service, Telegram};
+use profidrive::profibus::fdl::{Framer, Resync};
 use profidrive::time::{BaudRate, Instant};
 
 use crate::telegrams;

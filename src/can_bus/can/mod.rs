@@ -11,9 +11,9 @@
 //! Nothing here knows what an identifier means: that is CANopen's. A bus on which stations meet is in
 //! `host::can` (feature `std`): it needs an allocator.
 
-pub mod confinement;
-pub mod frame;
-pub mod rate;
+pub(crate) mod confinement;
+pub(crate) mod frame;
+pub(crate) mod rate;
 pub mod slcan;
 pub mod timing;
 

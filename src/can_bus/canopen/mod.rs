@@ -29,20 +29,20 @@
 //! | [`abort`] | abort codes |
 //! | [`refusal`] | a refused request with its value and the rule it broke |
 
-pub mod abort;
-pub mod address;
-pub mod application;
+pub(crate) mod abort;
+pub(crate) mod address;
+pub(crate) mod application;
 pub mod check;
 pub mod cob_id;
 pub mod dictionary;
 pub mod eds;
 pub mod emcy;
-pub mod event;
+pub(crate) mod event;
 pub mod faults;
 pub mod nmt;
 pub mod node;
 pub mod parameter;
-pub mod pdo;
+pub(crate) mod pdo;
 pub mod policy;
 pub mod refusal;
 pub mod sdo;

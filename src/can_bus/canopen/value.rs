@@ -44,7 +44,7 @@ macro_rules! data_types {
             }
 
             /// The type with that number.
-            pub const fn of_number(number: u16) -> Option<Self> {
+            pub(crate) const fn of_number(number: u16) -> Option<Self> {
                 match number {
                     $($number => Some(Self::$data),)*
                     _other => None,

@@ -16,10 +16,10 @@
 //! | `axis` | objects of further axes |
 
 pub(crate) mod axis;
-pub mod mode;
-pub mod option;
-pub mod state;
-pub mod words;
+pub(crate) mod mode;
+pub(crate) mod option;
+pub(crate) mod state;
+pub(crate) mod words;
 
 pub use mode::Mode;
 pub use option::{Disabling, FaultReaction, Halt, QuickStop, Stop};

@@ -21,13 +21,13 @@
 //! | `motion` | what each mode demands in a step |
 //! | [`status`] | statusword and actual values |
 
-pub mod alarm;
+pub(crate) mod alarm;
 pub mod canopen;
 mod interpolation;
 mod machine;
 mod motion;
 mod on_canopen;
-pub mod settings;
+pub(crate) mod settings;
 pub mod status;
 mod stored;
 

@@ -17,12 +17,12 @@ macro_rules! quantities {
             pub const ALL: &'static [Self] = &[$(Self::$variant),*];
 
             /// Its name in a table of parameters.
-            pub const fn name(self) -> &'static str {
+            pub(crate) const fn name(self) -> &'static str {
                 match self { $(Self::$variant => $name,)* }
             }
 
             /// The unit it is counted in; empty for a number.
-            pub const fn unit(self) -> &'static str {
+            pub(crate) const fn unit(self) -> &'static str {
                 match self { $(Self::$variant => $unit,)* }
             }
 

@@ -27,7 +27,7 @@ macro_rules! settings {
             }
 
             /// Its unit; empty for a number.
-            pub const fn unit(self) -> &'static str {
+            pub(crate) const fn unit(self) -> &'static str {
                 match self { $(Self::$setting => $unit,)* }
             }
 

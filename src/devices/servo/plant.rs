@@ -21,7 +21,7 @@ pub struct Motor;
 
 impl Motor {
     /// Maximum speed in rpm.
-    pub const MAX_RPM: i64 = 5000;
+    pub(crate) const MAX_RPM: i64 = 5000;
     /// Rated current in mA.
     pub(crate) const RATED_CURRENT: u32 = 2600;
     /// Rated torque in mNm.

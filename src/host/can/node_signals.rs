@@ -29,7 +29,7 @@ pub struct NodeSignal {
 
 impl NodeSignal {
     /// The input of that name shows `signal`; of a switch 0 is off.
-    pub const fn new(input: String, is_switch: bool, signal: Signal<NodeOrigin>) -> Self {
+    pub(crate) const fn new(input: String, is_switch: bool, signal: Signal<NodeOrigin>) -> Self {
         Self { input, is_switch, signal, due: Some(Instant::ZERO) }
     }
 

@@ -57,7 +57,7 @@ pub(super) const SLOW: Duration = Duration::from_millis(300);
 
 impl Act {
     /// As it is written in a scenario.
-    pub const ALL: [(&'static str, Self); 12] = [
+    pub(crate) const ALL: [(&'static str, Self); 12] = [
         ("power-on", Self::PowerOn),
         ("diagnose", Self::Diagnose),
         ("diagnosis-gone", Self::DiagnosisGone),

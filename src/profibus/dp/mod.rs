@@ -26,21 +26,21 @@
 pub mod application;
 mod buffer;
 pub mod chk_cfg;
-pub mod description;
+pub(crate) mod description;
 mod diag_bit;
 pub mod dpv1_status;
-pub mod event;
+pub(crate) mod event;
 pub mod ext_diag;
 pub mod framed;
 pub mod global_control;
 mod octet_bits;
 pub mod policy;
 mod process_data;
-pub mod set_prm;
-pub mod set_slave_add;
-pub mod slave;
-pub mod slave_diag;
-pub mod state;
+pub(crate) mod set_prm;
+pub(crate) mod set_slave_add;
+pub(crate) mod slave;
+pub(crate) mod slave_diag;
+pub(crate) mod state;
 pub mod station;
 mod watchdog;
 

@@ -13,7 +13,7 @@ use super::diag_bit::DiagBit;
 use crate::profibus::fdl::Address;
 
 /// Octets of the standard diagnosis.
-pub const LEN: usize = 6;
+pub(crate) const LEN: usize = 6;
 
 /// Master_Add of a slave without owner.
 const NO_MASTER: u8 = 255;

@@ -13,13 +13,13 @@
 use super::pdu::put;
 
 /// Octets before the parameters.
-pub const HEAD_LEN: usize = 4;
+pub(crate) const HEAD_LEN: usize = 4;
 
 /// Octets of the address of a parameter.
-pub const ADDRESS_LEN: usize = 6;
+pub(crate) const ADDRESS_LEN: usize = 6;
 
 /// The most parameters of a request.
-pub const MAX_PARAMETERS: u8 = 39;
+pub(crate) const MAX_PARAMETERS: u8 = 39;
 
 /// What is asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -218,7 +218,7 @@ impl AbortReason {
     pub const ADDRESS: Self = Self(7);
 
     /// What it says.
-    pub const fn words(self) -> &'static str {
+    pub(crate) const fn words(self) -> &'static str {
         match self.0 {
             1 => "a PDU out of place",
             2 => "an invalid request",

@@ -73,7 +73,7 @@ impl ErrorDecode {
     pub const HART: Self = Self(0xFF);
 
     /// Its name.
-    pub const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::DP_V1 => "an error of DP-V1",
             Self::FMS => "an error of FMS",
@@ -152,7 +152,7 @@ impl ErrorCode {
     }
 
     /// Whether the standard leaves its meaning to the user of the device.
-    pub const fn is_of_user(self) -> bool {
+    pub(crate) const fn is_of_user(self) -> bool {
         matches!(self.0, 0xAA..=0xAF | 0xBA..=0xBF | 0xC8..=0xFF)
     }
 }

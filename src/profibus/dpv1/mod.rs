@@ -25,7 +25,7 @@ mod job;
 mod ms2;
 mod obstacle;
 mod offer;
-pub mod pdu;
+pub(crate) mod pdu;
 mod queue;
 mod records;
 

@@ -91,7 +91,7 @@ impl LastRefused {
     }
 
     /// What was refused.
-    pub const fn event(&self) -> Option<&Event> {
+    pub(crate) const fn event(&self) -> Option<&Event> {
         self.0.as_ref()
     }
 }

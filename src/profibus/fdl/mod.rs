@@ -19,14 +19,14 @@
 //!
 //! This layer knows that service access points exist. What they mean is known in [`dp`](crate::profibus::dp).
 
-pub mod address;
-pub mod baud_search;
+pub(crate) mod address;
+pub(crate) mod baud_search;
 pub mod counters;
 mod fcs;
 #[cfg(feature = "std")]
 pub(crate) mod foreign;
-pub mod framer;
-pub mod function_code;
+pub(crate) mod framer;
+pub(crate) mod function_code;
 mod rates;
 pub mod station;
 pub mod telegram;

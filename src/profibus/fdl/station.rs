@@ -272,7 +272,7 @@ impl Station {
 
     /// Sets the least time between a request and its reply in T_bit. Less than 11 is taken as 11, the shortest
     /// the standard knows.
-    pub const fn set_min_tsdr(&mut self, bits: u8) {
+    pub(crate) const fn set_min_tsdr(&mut self, bits: u8) {
         let bits = if bits < DEFAULT_MIN_TSDR { DEFAULT_MIN_TSDR } else { bits };
         if self.min_tsdr != bits {
             self.min_tsdr = bits;

@@ -184,7 +184,7 @@ impl Engine {
     /// What the held job wrote is lost: the answer of the next cycle is error 18. Returns the refusal if a job was
     /// held; to undo the write is the caller's business.
     #[must_use]
-    pub fn store_failed(&mut self) -> Option<Refusal> {
+    pub(crate) fn store_failed(&mut self) -> Option<Refusal> {
         let (job, _) = self.held()?;
         let (reply, refusal) = self.refuse(job, JobError::NotStored);
         self.state = State::Stored { job, reply };

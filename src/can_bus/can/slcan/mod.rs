@@ -15,9 +15,9 @@
 //! Every line ends with CR (0Dh). The adapter refuses with BEL (07h). LF is ignored and never sent. Hexadecimal digits
 //! are read in either case and written in upper case (`canopen-link.md` 11).
 
-pub mod adapter;
-pub mod command;
-pub mod text;
+pub(crate) mod adapter;
+pub(crate) mod command;
+pub(crate) mod text;
 
 pub use adapter::{Adapter, Answer, Channel, Effect, Flags, Reaction, Refusal};
 pub use command::{BusTiming, Command, CommandError, MAX_COMMAND};

@@ -20,7 +20,7 @@ const MAX_OCTETS: u32 = 8;
 
 /// Which way a PDO goes, seen from the node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Direction {
+pub(crate) enum Direction {
     /// RPDO.
     Receive,
     /// TPDO.

@@ -12,9 +12,8 @@
 //! | --- | --- |
 //! | [`mapping`] | which entries a PDO carries |
 
-pub mod mapping;
+pub(crate) mod mapping;
 
-pub use mapping::Direction;
 pub(crate) use mapping::MappingWord;
 
 use core::fmt;

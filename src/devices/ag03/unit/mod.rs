@@ -134,7 +134,7 @@ impl Unit {
     ///
     /// # Errors
     /// [`ImageError`] if the octets are no whole image, or that of another model or gear.
-    pub fn restore(config: Config, octets: &[u8]) -> Result<Self, ImageError> {
+    pub(crate) fn restore(config: Config, octets: &[u8]) -> Result<Self, ImageError> {
         Image::decode(octets, config.model, config.gear).map(|image| Self::with(config, Some(image)))
     }
 

@@ -71,7 +71,7 @@ impl Unit {
     ///
     /// A control supply of 0 switches the unit off, as [`Unit::power_off`] does, and one that comes back switches it on;
     /// while [`Unit::power_off`] holds, the supply is only set.
-    pub fn set_inputs(&mut self, inputs: Inputs) -> Switched {
+    pub(crate) fn set_inputs(&mut self, inputs: Inputs) -> Switched {
         for change in InputChange::between(&self.inputs, &inputs.limited()) {
             self.events.push(Event::Input(change));
         }
