@@ -216,7 +216,7 @@ def test_who_is_not_there_is_said() -> None:
         with pytest.raises(KeyError, match="no station at address 6; there are 5"):
             emulator.drives[6]
     with pytest.raises(ApiError, match="has the emulator ended") as said:
-        drive.status()
+        drive.key("up")
     assert said.value.status == 0
 
 
