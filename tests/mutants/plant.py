@@ -38,6 +38,9 @@ CALLS = {"min": "max", "max": "min", "any": "all", "all": "any", "is_some": "is_
 # Of ten sites of a table nine are numbers: they get no more than this part of a sample.
 NUMBERS_AT_MOST = 0.15
 
+FOR_TESTS = r"cfg\((?:all\()?test\b"
+TEST_MODULE = re.compile(rf"#\[{FOR_TESTS}[^\]]*\]\s*(?:#\[[^\]]*\]\s*)*(?:pub(?:\([a-z]+\))?\s+)?mod (\w+);")
+
 # What a function of this type gives when its body is left out.
 EMPTY = {"bool": "return true;", "String": "return String::new();", None: "return;"}
 
@@ -95,14 +98,23 @@ def tracked(root):
     return [name for name in out.decode().split("\0") if name]
 
 
-def is_source(path):
-    return (
-        path.startswith("src/")
+def sources(root):
+    """The files that are no tests: neither by their names nor by the `mod` that brings them."""
+    paths = [
+        path
+        for path in tracked(root)
+        if path.startswith("src/")
         and path.endswith(".rs")
         and path not in ("src/main.rs", "src/lib.rs")
         and "/tests" not in path
         and not path.endswith(("test.rs", "_test.rs"))
-    )
+    ]
+    of_tests = []
+    for path in map(pathlib.PurePosixPath, paths):
+        folder = path.parent if path.name == "mod.rs" else path.with_suffix("")
+        names = TEST_MODULE.findall((pathlib.Path(root) / path).read_text())
+        of_tests += [f"{folder}/{name}{end}" for name in names for end in (".rs", "/")]
+    return sorted(path for path in paths if not path.startswith(tuple(of_tests)))
 
 
 def one_line(text):
@@ -159,7 +171,7 @@ class Sites:
         skip_next = False
         for child in node.children:
             if child.type == "attribute_item":
-                skip_next = "cfg(test)" in self.text(child) or "test]" in self.text(child) or skip_next
+                skip_next = re.search(rf"{FOR_TESTS}|\btest\]", self.text(child)) is not None or skip_next
                 continue
             if child.type in ("line_comment", "block_comment"):
                 continue
@@ -237,7 +249,7 @@ class Sites:
 
 def all_sites(root, only=None):
     found = []
-    for path in sorted(filter(is_source, tracked(root))):
+    for path in sources(root):
         sites = Sites(path, (pathlib.Path(root) / path).read_bytes()).found
         found += [site for site in sites if only is None or site.line in only.get(path, ())]
     return found
@@ -318,7 +330,7 @@ def put(target, octets, mode_of):
 def compiled(tree, target, places, *command):
     """What cargo made, as its messages, and the numbers of the mistakes that do not compile."""
     run = subprocess.run(
-        ["cargo", *command, "--all-features", "--message-format=json", "--target-dir", target],
+        ["cargo", "test", "--no-run", *command, "--all-features", "--message-format=json", "--target-dir", target],
         cwd=tree, capture_output=True, text=True,
     )  # fmt: skip
     rows = [json.loads(line) for line in run.stdout.splitlines()]
@@ -332,6 +344,9 @@ def compiled(tree, target, places, *command):
         hits = {number for span in spans for start, end, number in places.get(span["file_name"], ())
                 if span["byte_start"] < end and start < span["byte_end"]}  # fmt: skip
         if not hits:
+            # What is left out may be missed further down: the nearest one above it.
+            above = [place for span in spans for place in places.get(span["file_name"], ()) if place[1] <= span["byte_start"]]
+            hits = {max(above)[2]} if above else set()
             lost.append(message["rendered"])
         bad |= hits
     if not bad:
