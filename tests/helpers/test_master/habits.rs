@@ -29,6 +29,8 @@ pub(crate) enum Habit {
     ClearFor(u32),
     /// A station that does not answer is asked again in each cycle of this number.
     AsksLostEach(u32),
+    /// After so many cycles it becomes slow: its pauses are so many times as long.
+    SlowsAfter(u32, u32),
     /// Requests of low priority.
     LowPriority,
     /// min T_SDR 0: the slave keeps its own.
@@ -64,7 +66,11 @@ impl TestMaster {
     pub(super) fn usual_pause(&self) -> Duration {
         let quarters =
             if self.has(Habit::Jitters) { self.cycles.wrapping_mul(2_654_435_761) >> 28 } else { 4 };
-        self.settings.pause * quarters / 4
+        let times = |habit: &Habit| match habit {
+            Habit::SlowsAfter(cycles, times) if self.cycles > *cycles => Some(*times),
+            _ => None,
+        };
+        self.settings.pause * quarters / 4 * self.settings.habits.iter().find_map(times).unwrap_or(1)
     }
 
     /// Whether it pauses now, before it asks the next station.

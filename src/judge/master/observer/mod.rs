@@ -195,7 +195,7 @@ impl Observer {
         self.views.get(&station.number()).map_or(0, |view| view.polled)
     }
 
-    /// All requests to a station.
+    /// All requests to a station since streaks began.
     pub(super) fn asks(&self, station: Address) -> u32 {
         self.views.get(&station.number()).map_or(0, |view| view.asks)
     }
@@ -216,10 +216,11 @@ impl Observer {
         self.findings.broken(row, weight, reason, shown);
     }
 
-    /// A count of good exchanges begins anew.
+    /// Counts of good exchanges and of requests begin anew.
     pub(super) fn begin_streaks(&mut self) {
         for view in self.views.values_mut() {
             view.streak = 0;
+            view.asks = 0;
         }
     }
 

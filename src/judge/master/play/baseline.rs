@@ -1,6 +1,6 @@
 //! Undisturbed data exchange with every station: what a scenario begins with, and whether it comes back behind it.
 
-use super::patience::LEAST_WAIT;
+use super::patience::{LEAST_WAIT, SLOW_LIMIT};
 use super::{Ending, Judge, Phase};
 use crate::host::Bus;
 use crate::host::link::fault::Faults;
@@ -57,7 +57,8 @@ impl Judge {
         if now < until {
             return;
         }
-        if (first && self.is_slow(now, station)) || self.is_silent(now) {
+        let is_under_way = self.is_under_way(now, station);
+        if (is_under_way && self.returns_for(now) < SLOW_LIMIT) || self.is_silent(now) {
             self.phase = Phase::Returning { scenario, until: now + LEAST_WAIT, revived };
             return;
         }
@@ -70,21 +71,18 @@ impl Judge {
         }
         let after = scenario.and_then(|scenario| self.scenarios.get(scenario)).cloned();
         if let Some(scenario) = after.as_ref().filter(|_| !revived) {
-            self.did_not_return(scenario, station);
+            self.did_not_return(now, scenario, station);
             if self.next > 1 || !scenario.rows.contains(&Row::L09) {
                 // Whatever the stations have become, they begin anew.
                 let slaves: Vec<_> = self.observer.setup.present().cloned().collect();
                 for slave in &slaves {
                     act(Act::PowerOn, slave, bus, now);
                 }
-                self.observer.begin_streaks();
                 let number = self.scenarios.iter().position(|other| other == scenario);
-                self.phase =
-                    Phase::Returning { scenario: number, until: now + self.later_limit(), revived: true };
-                return;
+                return self.begin_return(now, number, self.later_limit(), true);
             }
         }
-        if first {
+        if first && !is_under_way {
             self.judge_unreached(station);
         }
         let ending = match after {

@@ -205,7 +205,7 @@ impl Judge {
     }
 
     /// It has not.
-    pub(super) fn did_not_return(&mut self, scenario: &Scenario, station: Address) {
+    pub(super) fn did_not_return(&mut self, now: Instant, scenario: &Scenario, station: Address) {
         if scenario.rows.contains(&Row::L09) {
             let others = self.others(station);
             let is_late = scenario.subject(&self.observer.setup).is_some_and(|late| late.address == station);
@@ -216,11 +216,20 @@ impl Judge {
                 return;
             }
         }
-        let reason = format!(
-            "no data exchange with station {station} within {} s after: {}",
-            self.later_limit().as_secs(),
-            scenario.name
-        );
+        let waited = self.returns_for(now).as_secs();
+        if self.is_under_way(now, station) {
+            let asks = self.observer.asks(station);
+            let reason = format!(
+                "station {station} was asked {asks} times only in the {waited} s after: {}",
+                scenario.name
+            );
+            for row in self.at_stake(scenario) {
+                self.observer.findings.missed(row, reason.clone());
+            }
+            return;
+        }
+        let reason =
+            format!("no data exchange with station {station} within {waited} s after: {}", scenario.name);
         for row in self.at_stake(scenario) {
             self.observer.show(row, Weight::Once, reason.clone());
         }

@@ -2,15 +2,15 @@
 
 use core::time::Duration;
 
-use super::{Judge, SILENCE};
+use super::{Judge, Phase, SILENCE};
 use crate::judge::master::rows::Row;
 use crate::profibus::fdl::Address;
 use crate::time::Instant;
 
 /// How long a master may take until it exchanges data with every station at first.
 pub(super) const FIRST_LIMIT: Duration = Duration::from_secs(15);
-/// So many requests to a station are enough for its start-up, and a slow master gets so much more time for them.
-const FIRST_ASKS: u32 = 60;
+/// So many requests to a station are enough for its start-up, and a slow master gets so much time for them.
+const ENOUGH_ASKS: u32 = 60;
 pub(super) const SLOW_LIMIT: Duration = Duration::from_secs(60);
 /// And is looked at again so often.
 pub(super) const LEAST_WAIT: Duration = Duration::from_secs(1);
@@ -48,12 +48,28 @@ impl Judge {
         heard.is_some_and(|heard| (QUIET..SILENCE).contains(&now.saturating_since(heard)))
     }
 
-    /// Whether the master has asked a station so seldom that its start-up may still be under way.
-    pub(super) fn is_slow(&self, now: Instant, station: Address) -> bool {
-        let begun = self.started.unwrap_or(now);
+    /// From now on data exchange with every station must come back.
+    pub(super) fn begin_return(
+        &mut self,
+        now: Instant,
+        scenario: Option<usize>,
+        limit: Duration,
+        revived: bool,
+    ) {
+        self.observer.begin_streaks();
+        self.returning = Some(now);
+        self.phase = Phase::Returning { scenario, until: now + limit, revived };
+    }
+
+    /// How long data exchange has been on its way back.
+    pub(super) fn returns_for(&self, now: Instant) -> Duration {
+        self.returning.map_or(Duration::ZERO, |since| now.saturating_since(since))
+    }
+
+    /// Whether the master has asked a station so seldom that its start-up may still be under way: its cycle, or the machine,
+    /// may have become slower than it was when it was measured.
+    pub(super) fn is_under_way(&self, now: Instant, station: Address) -> bool {
         let asked = self.observer.last_asked(station).map(|asked| now.saturating_since(asked));
-        (1..FIRST_ASKS).contains(&self.observer.asks(station))
-            && asked.is_some_and(|asked| asked < LIMIT)
-            && now.saturating_since(begun) < SLOW_LIMIT
+        (1..ENOUGH_ASKS).contains(&self.observer.asks(station)) && asked.is_some_and(|asked| asked < LIMIT)
     }
 }

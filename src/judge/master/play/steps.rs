@@ -103,12 +103,7 @@ impl Judge {
         if more {
             return self.begin_step(now, scenario, step + 1, bus, faults);
         }
-        self.observer.begin_streaks();
-        self.phase = Phase::Returning {
-            scenario: Some(scenario),
-            until: now + self.return_limit(scenario),
-            revived: false,
-        };
+        self.begin_return(now, Some(scenario), self.return_limit(scenario), false);
     }
 
     fn end_faults(&mut self, faults: &mut Faults) {
