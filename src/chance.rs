@@ -118,3 +118,23 @@ impl Random {
         octet
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The published sequence of SplitMix64 for this seed.
+    #[test]
+    fn numbers_are_those_of_splitmix64() {
+        let mut random = Random(1_234_567);
+        let numbers: [u64; 5] = core::array::from_fn(|_| random.next());
+        let published = [
+            6_457_827_717_110_365_317,
+            3_203_168_211_198_807_973,
+            9_817_491_932_198_370_423,
+            4_593_380_528_125_082_431,
+            16_408_922_859_458_223_821,
+        ];
+        assert_eq!(numbers, published);
+    }
+}

@@ -257,7 +257,7 @@ fn data_type(parameter: Node<'_, '_>) -> Option<&'static str> {
 mod tests {
     use crate::can_bus::canopen::NodeId;
     use crate::device_file::Hint;
-    use crate::eds::{Eds, Limit, Number, Rights};
+    use crate::eds::{Eds, Group, Limit, Number, Rights};
 
     /// As CANopenEditor writes it: objects refer to parameters.
     const BY_PARAMETER: &str = r#"<?xml version="1.0" encoding="utf-8"?>
@@ -293,6 +293,11 @@ mod tests {
     fn both_ways_to_say_what_an_object_is_are_read() {
         let eds = Eds::read(BY_PARAMETER.as_bytes()).unwrap();
         assert_eq!(eds.hints, Vec::<Hint>::new());
+        // XDD has no lists of objects: the index says which group each belongs to.
+        let groups = [(0x1000, Group::Mandatory), (0x1008, Group::Optional), (0x2000, Group::Manufacturer)];
+        for (index, group) in groups {
+            assert_eq!(eds.objects[&index].group, Some(group), "{index:04X}");
+        }
         let node = NodeId::new(5).unwrap();
         let octets = |index, sub| eds.entry(index, sub).unwrap().octets(node);
         assert_eq!(octets(0x1000, 0), [0x91, 1, 0, 0]);

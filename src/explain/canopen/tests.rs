@@ -268,6 +268,9 @@ fn a_tree_shows_every_bit() {
 fn an_error_frame_is_trouble() {
     let said = Network::error_frame("bit error");
     assert_eq!((said.mark(), said.line()), (Mark::Trouble, "error frame: bit error".into()));
+    let said = Network::no_frame(&[0x11, 0x22], "a frame of CAN FD");
+    assert_eq!((said.mark(), said.line()), (Mark::Invalid, "invalid: a frame of CAN FD".into()));
+    assert_eq!((said.fields[0].at, said.fields[0].len, said.fields[0].raw.as_str()), (0, 2, "11 22"));
 }
 
 proptest! {

@@ -103,6 +103,55 @@ fn what_a_refusal_refuses_is_known_from_the_request() {
     assert!(refused.summary.starts_with("refused: RS"), "{}", refused.summary);
 }
 
+/// An SD2 telegram of these octets from DA to the last of the data.
+fn sd2(body: &[u8]) -> Vec<u8> {
+    let len = u8::try_from(body.len()).unwrap();
+    let sum = body.iter().fold(0_u8, |sum, octet| sum.wrapping_add(*octet));
+    [&[0x68, len, len, 0x68], body, &[sum, 0x16]].concat()
+}
+
+#[test]
+fn bit_7_of_an_address_says_that_a_sap_follows() {
+    let meaning = |hex: &str| alone(hex).fields.iter().map(|field| field.meaning.clone()).collect::<Vec<_>>();
+    let (with, without) = (meaning("68 05 05 68 85 82 6D 3C 3E EE 16"), meaning("10 05 02 49 50 16"));
+    assert_eq!(with[4..6], ["station 5, a SAP follows (bit 7)", "station 2, a SAP follows (bit 7)"]);
+    assert_eq!(without[1..3], ["station 5", "station 2"]);
+    assert_eq!(alone("68 05 05 68 85 82 6D 3C 3E EE 16").fields[4].raw, "85");
+}
+
+/// Only the contents of Set_Prm and Chk_Cfg are judged behind their acknowledge.
+#[test]
+fn an_acknowledge_of_contents_is_no_answer_to_them() {
+    let requests: [(&[u8], bool); 4] = [
+        (&[0x85, 0x82, 0x5D, 61, 62, 0x88, 10, 10, 11, 0x0A, 0xC5, 0], true),
+        (&[0x85, 0x82, 0x5D, 62, 62, 0xF3, 0xF1], true),
+        (&[0x85, 0x82, 0x5D, 55, 62, 9, 0x0A, 0xC5, 0], false),
+        (&[0x05, 0x02, 0x5D, 1, 2], false),
+    ];
+    for (request, judged) in requests {
+        let mut context = Context::default();
+        context.telegram(&sd2(request));
+        let said = context.telegram(&[0xE5]).to_string();
+        assert_eq!(
+            said.contains("the next Slave_Diag shows whether the slave accepts them"),
+            judged,
+            "{said}"
+        );
+    }
+}
+
+#[test]
+fn a_drive_refuses_outputs_of_another_length_and_sends_inputs_of_any() {
+    let mut context = Context::default();
+    context.telegram(&sd2(&[0x85, 0x82, 0x5D, 61, 62, 0x88, 10, 10, 11, 0x0A, 0xC5, 0]));
+    let outputs = context.telegram(&sd2(&[0x05, 0x02, 0x7D, 1, 2]));
+    assert_eq!(outputs.mark(), Mark::Mistake, "{outputs}");
+    assert!(outputs.to_string().contains("an AG03 refuses it: 2 octets, expected 14"), "{outputs}");
+    let inputs = context.telegram(&sd2(&[0x02, 0x05, 0x08, 1, 2]));
+    assert_eq!(inputs.mark(), Mark::Plain, "{inputs}");
+    assert!(inputs.summary.contains("2 octets of inputs, not the 14 of these drives"), "{inputs}");
+}
+
 #[test]
 fn a_repeated_request_is_seen_by_its_frame_count_bit() {
     let mut context = Context::default();

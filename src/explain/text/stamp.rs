@@ -149,4 +149,15 @@ mod tests {
             assert_eq!(behind(line), line);
         }
     }
+
+    #[test]
+    fn what_is_no_time_stays() {
+        for time in
+            ["24:00:01", "12:60:01", "12:00:61", "12:5:01", "012:00:01", "+1:00:01", "1x:00:01", ":00:01"]
+        {
+            let line = std::format!("{time} TX: E5");
+            assert_eq!(behind(&line), line);
+        }
+        assert_eq!(behind("23:59:60 TX: E5"), "TX: E5", "a leap second");
+    }
 }
