@@ -105,6 +105,8 @@ mod gsd;
 #[cfg(feature = "std")]
 mod gsd_acyclic;
 #[cfg(feature = "std")]
+mod gsd_hints;
+#[cfg(feature = "std")]
 mod gsd_modules;
 #[cfg(feature = "std")]
 mod gsd_station;
