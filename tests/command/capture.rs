@@ -11,6 +11,7 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
+use crate::patience::PATIENCE;
 use crate::process::end_of;
 use profidrive::devices::ag03::param::{Model, parameters};
 use profidrive::host::capture::{self, Packet};
@@ -136,7 +137,7 @@ fn a_corrupted_reply_is_captured_as_it_was_sent_and_says_why_it_is_no_telegram()
     let (_folder, path) = folder_and_file();
     let mut emulator = Emulator::start(&path, &["--fault", "noise=3,at=2", "--link", "tcp:127.0.0.1:0"]);
     let mut line = TcpStream::connect(emulator.link().strip_prefix("tcp:").unwrap()).unwrap();
-    line.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+    line.set_read_timeout(Some(PATIENCE)).unwrap();
     let ask = [0x10, 0x05, 0x02, 0x49, 0x50, 0x16];
     let answer = [0x10, 0x02, 0x05, 0x00, 0x07, 0x16];
     let (mut first, mut corrupted) = ([0; 6], [0; 9]);
@@ -172,7 +173,7 @@ fn what_happened_is_a_comment_of_its_packet_or_of_the_next() {
     let (_folder, path) = folder_and_file();
     let mut emulator = Emulator::start(&path, &["--link", "tcp:127.0.0.1:0"]);
     let mut line = TcpStream::connect(emulator.link().strip_prefix("tcp:").unwrap()).unwrap();
-    line.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+    line.set_read_timeout(Some(PATIENCE)).unwrap();
     // Set_Prm with ident number 1234, answered with SC, then FDL status.
     let prm = telegrams::telegram(
         5,

@@ -12,6 +12,7 @@ use profidrive::host::Link;
 use profidrive::host::link::pty::Pty;
 
 use crate::emulator::{Emulator, output, profidrive};
+use crate::patience::PATIENCE;
 use crate::process::end_of;
 
 fn open(terminal: &str) -> File {
@@ -490,7 +491,7 @@ fn noise_is_not_answered_does_not_grow_the_process_and_ends_with_it() {
     // A request after noise is answered once the noise before it has been given up.
     let start = Instant::now();
     while !replies.is_finished() {
-        assert!(start.elapsed() < Duration::from_secs(10), "the request after the noise was not answered");
+        assert!(start.elapsed() < PATIENCE, "the request after the noise was not answered");
         master.write_all(&[0x10, 5, 2, 0x49, 0x50, 0x16]).unwrap();
         thread::sleep(Duration::from_millis(200));
     }
@@ -516,7 +517,7 @@ fn drives_on_a_tcp_port_are_corrupted_as_asked_and_end_with_a_signal() {
     let address = ready.strip_prefix("ready link=tcp:").unwrap();
     assert!(!address.ends_with(":0"), "{address}");
     let mut master = std::net::TcpStream::connect(address).unwrap();
-    master.set_read_timeout(Some(Duration::from_secs(5))).unwrap();
+    master.set_read_timeout(Some(PATIENCE)).unwrap();
     for fcs in [0x07, 0x08, 0x07] {
         master.write_all(&[0x10, 0x05, 0x02, 0x49, 0x50, 0x16]).unwrap();
         let mut reply = [0; 6];

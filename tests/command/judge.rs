@@ -107,7 +107,7 @@ fn a_master_that_never_comes_ends_it_with_3_after_ten_seconds() {
     let status: ExitStatus = end_of(&mut child);
     assert_eq!(status.code(), Some(3), "{stderr}");
     assert!(stderr.contains("no master was heard within 10 s"), "{stderr}");
-    assert!((9..20).contains(&begin.elapsed().as_secs()));
+    assert!(begin.elapsed() >= Duration::from_secs(9));
 }
 
 #[test]

@@ -20,12 +20,12 @@ use rustix::fs::OFlags;
 
 use crate::emulator::{Emulator, output, profidrive};
 use crate::panel;
+use crate::patience::PATIENCE;
 use crate::telegrams::telegram;
 
 const BAUD: BaudRate = BaudRate::K500;
 /// 50 ms at 500 kbit/s.
 const SLOT_BITS: u16 = 25_000;
-const PATIENCE: Duration = Duration::from_secs(60);
 
 fn example() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/line")

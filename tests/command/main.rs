@@ -12,6 +12,8 @@
 mod drive_line;
 #[path = "../helpers/panel.rs"]
 mod panel;
+#[path = "../helpers/patience.rs"]
+mod patience;
 #[path = "../helpers/process.rs"]
 mod process;
 #[path = "../helpers/pty.rs"]

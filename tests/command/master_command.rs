@@ -16,9 +16,10 @@ use profidrive::host::{Bus, Clock, Link, Received, Stop, SystemClock, run};
 use profidrive::profibus::dp::{Description, Fixed, Station};
 use profidrive::profibus::fdl::Address;
 use profidrive::time::BaudRate;
-use rig::{Emulator, PATIENCE, Running, fails, profidrive};
+use rig::{Emulator, Running, fails, profidrive};
 use serde_json::Value;
 
+use crate::patience::PATIENCE;
 use crate::process::hangup_ends_programs;
 
 /// Each part has an emulator of its own, and all of them run at the same time: most of it is waiting for the token.

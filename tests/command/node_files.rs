@@ -5,7 +5,8 @@ use std::path::Path;
 use std::time::Instant;
 
 use crate::emulator::{Emulator, output};
-use crate::nodes::{Master, PATIENCE, adapter};
+use crate::nodes::{Master, adapter};
+use crate::patience::PATIENCE;
 
 #[test]
 fn a_file_of_a_node_is_explained_checked_and_given_as_json() {

@@ -4,15 +4,13 @@ use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use profidrive::host::can::Product;
 
 use crate::emulator::{Emulator, output};
+use crate::patience::PATIENCE;
 use crate::process::{end_of, hangup_ends_programs};
-
-/// How long anything may take.
-pub(super) const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Host and port of the ready line.
 pub(super) fn adapter(emulator: &Emulator) -> &str {

@@ -1,10 +1,11 @@
 //! HTTP control of a station from a GSD.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use serde_json::{Value, json};
 
 use crate::panel::Emulator;
+use crate::patience::PATIENCE;
 
 fn emulator() -> Emulator {
     let gsd = format!("{}/tests/gsd/remote_io.gsd", env!("CARGO_MANIFEST_DIR"));
@@ -61,7 +62,7 @@ fn inputs_become(emulator: &Emulator, expected: f64) {
         if value == json!(expected) {
             return;
         }
-        assert!(begun.elapsed() < core::time::Duration::from_secs(20), "{value}, expected {expected}");
+        assert!(begun.elapsed() < PATIENCE, "{value}, expected {expected}");
         std::thread::yield_now();
     }
 }
@@ -259,7 +260,7 @@ fn what_is_done_by_hand_is_in_the_log() {
             told["events"].as_array().unwrap().iter().any(is_one)
         };
         while !is_told() {
-            assert!(start.elapsed().as_secs() < 10, "{words}");
+            assert!(start.elapsed() < PATIENCE, "{words}");
         }
     }
     let log = emulator.log();
@@ -394,7 +395,7 @@ fn may_act(emulator: &Emulator, wanted: &[bool]) {
         if told.eq(wanted.iter().copied()) {
             return;
         }
-        assert!(start.elapsed() < Duration::from_secs(20), "{wanted:?}: {list}");
+        assert!(start.elapsed() < PATIENCE, "{wanted:?}: {list}");
     }
 }
 

@@ -1,6 +1,7 @@
 //! The directory of `emulate --state-dir`: what is refused, what is repaired, and that a full disk harms nothing.
 
 use crate::drive_line;
+use crate::patience::PATIENCE;
 use crate::pty;
 
 use std::fs;
@@ -187,7 +188,7 @@ impl Bench {
             if inputs[..8] != [0; 8] {
                 return (u16::from_be_bytes([inputs[0], inputs[1]]), inputs[7]);
             }
-            assert!(start.elapsed() < Duration::from_secs(10), "no reply");
+            assert!(start.elapsed() < PATIENCE, "no reply");
             std::thread::yield_now();
         }
     }
@@ -420,7 +421,7 @@ fn opened(folder: &Path) -> StateDir {
     let start = std::time::Instant::now();
     loop {
         match StateDir::open(folder) {
-            Err(StateDirError::InUse { .. }) if start.elapsed() < Duration::from_secs(10) => {
+            Err(StateDirError::InUse { .. }) if start.elapsed() < PATIENCE => {
                 std::thread::yield_now();
             }
             opened => return opened.unwrap(),

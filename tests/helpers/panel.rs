@@ -1,7 +1,6 @@
 //! A running `emulate --panel`, and a client for it that does exactly what it is told.
 #![allow(dead_code, reason = "each test file uses its part")]
 
-use core::time::Duration;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::path::{Path, PathBuf};
@@ -10,8 +9,7 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 
-/// How long anything may take before a test gives up.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(30);
+pub(crate) use crate::patience::PATIENCE;
 
 /// An emulator with a panel, ended with the test.
 pub(crate) struct Emulator {

@@ -4,8 +4,7 @@ use std::process::{Child, ExitStatus};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// For a program to end, on a machine that is busy with other tests.
-const PATIENCE: Duration = Duration::from_secs(60);
+use crate::patience::PATIENCE;
 
 /// How `child` has ended. One that does not end is killed, and the test fails.
 pub(crate) fn end_of(child: &mut Child) -> ExitStatus {

@@ -14,6 +14,8 @@ use profidrive::time::BaudRate;
 use rustix::fs::OFlags;
 use rustix::termios::{ControlModes, InputModes, LocalModes, OptionalActions, OutputModes, SpecialCodeIndex};
 
+use crate::patience::PATIENCE;
+
 /// A program that has the terminal open and, unless a test says so, changes no setting.
 struct Master(File);
 
@@ -40,7 +42,7 @@ impl Master {
 
     /// What can be read once there is something.
     fn read_some(&mut self) -> Vec<u8> {
-        within_5_s(|| Some(self.read()).filter(|octets| !octets.is_empty()))
+        soon(|| Some(self.read()).filter(|octets| !octets.is_empty()))
     }
 
     /// The settings of a serial program: raw, 8 data bits, even parity, this rate.
@@ -55,12 +57,12 @@ impl Master {
 }
 
 /// The kernel hands octets over in its own time, in a worker: waits for them, but not for ever.
-fn within_5_s<T>(mut look: impl FnMut() -> Option<T>) -> T {
+fn soon<T>(mut look: impl FnMut() -> Option<T>) -> T {
     let start = Instant::now();
     loop {
         match look() {
             Some(found) => return found,
-            None if start.elapsed() > Duration::from_secs(5) => panic!("nothing came"),
+            None if start.elapsed() > PATIENCE => panic!("nothing came"),
             None => thread::yield_now(),
         }
     }
@@ -69,7 +71,7 @@ fn within_5_s<T>(mut look: impl FnMut() -> Option<T>) -> T {
 /// What the drives hear next.
 fn next(pty: &mut Pty, stop: &Stop) -> Vec<u8> {
     let mut buf = [0; 1024];
-    within_5_s(|| {
+    soon(|| {
         pty.wait(Some(Duration::from_millis(10)), stop).unwrap();
         match pty.receive(&mut buf).unwrap() {
             Received::Octets(count) => Some(buf[..count].to_vec()),
@@ -290,7 +292,7 @@ fn the_terminal_is_raw_again_after_a_master_that_left_it_cooked() {
     assert_eq!(pty.receive(&mut [0; 8]).unwrap(), Received::Reset);
     assert_eq!(pty.receive(&mut [0; 8]).unwrap(), Received::Nothing);
     let stop = Stop::new().unwrap();
-    within_5_s(|| {
+    soon(|| {
         pty.wait(Some(Duration::from_secs(1)), &stop).unwrap();
         assert_eq!(pty.receive(&mut [0; 8]).unwrap(), Received::Nothing);
         pty.speed().unwrap().is_none().then_some(())
@@ -309,7 +311,7 @@ fn settings_equal_to_those_of_the_master_before_are_a_change_all_the_same() {
         assert!(settings().local_modes.contains(LocalModes::ECHONL));
         master.set_serial(9_600);
         assert!(!settings().local_modes.contains(LocalModes::ECHONL));
-        within_5_s(|| {
+        soon(|| {
             pty.wait(Some(Duration::from_secs(1)), &stop).unwrap();
             assert!(!matches!(pty.receive(&mut [0; 8]).unwrap(), Received::Octets(_)));
             settings().local_modes.contains(LocalModes::ECHONL).then_some(())
@@ -487,7 +489,7 @@ mod serial {
     fn heard(serial: &mut Serial) -> Vec<u8> {
         let stop = Stop::new().unwrap();
         let mut buf = [0; 300];
-        within_5_s(|| {
+        soon(|| {
             serial.wait(Some(Duration::from_millis(10)), &stop).unwrap();
             match serial.receive(&mut buf).unwrap() {
                 Received::Octets(count) => Some(buf[..count].to_vec()),
@@ -530,7 +532,7 @@ mod serial {
             assert_eq!(heard(&mut serial)[0], 1);
             drop(adapter);
             serial.wait(None, &stop).unwrap();
-            within_5_s(|| (serial.receive(&mut [0; 8]).unwrap() == Received::Reset).then_some(()));
+            soon(|| (serial.receive(&mut [0; 8]).unwrap() == Received::Reset).then_some(()));
             let lost = serial.lost();
             serial.send(&[0xE5; 3]).unwrap();
             assert_eq!(serial.lost(), lost + 3);
@@ -543,7 +545,7 @@ mod serial {
             }
             assert!(wakes < 10, "woken {wakes} times in 50 ms");
             adapter = Pty::open(Some(&path)).unwrap();
-            within_5_s(|| {
+            soon(|| {
                 serial.wait(Some(Duration::from_millis(10)), &stop).unwrap();
                 assert_eq!(serial.receive(&mut [0; 8]).unwrap(), Received::Nothing);
                 (adapter.speed().unwrap() == Some(19_200)).then_some(())

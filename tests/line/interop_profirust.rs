@@ -452,13 +452,12 @@ mod over_a_pseudo_terminal {
         ACKNOWLEDGE, OPERATION_ENABLED, READ_CALIBRATION_VALUE, READ_LIMIT_1, READY_TO_RUN, READY_TO_TRAVEL,
         WRITE_LIMIT_1, pkw,
     };
+    use crate::patience::PATIENCE;
 
     const BAUD: BaudRate = BaudRate::K500;
     /// 50 ms at 500 kbit/s. A late answer costs a retry, of which there are 15. More would slow this test: profirust
     /// waits a slot time for an absent station in every round.
     const SLOT_BITS: u16 = 25_000;
-    /// For each thing waited for; only a test that fails takes so long.
-    const PATIENCE: Duration = Duration::from_secs(60);
 
     struct Master {
         fdl: FdlActiveStation,

@@ -179,10 +179,10 @@ mod over_real_links {
     use profidrive::master::{LinkPhy, instant};
 
     use super::*;
+    use crate::patience::PATIENCE;
 
     /// 50 ms at 500 kbit/s.
     const SLOT_BITS: u16 = 25_000;
-    const PATIENCE: Duration = Duration::from_secs(60);
 
     /// Every station on one line; each gets the outputs 1, 2, 3, ...
     fn exchange(mut link: impl Link + Send, open: impl FnOnce() -> Box<dyn Link> + Send) {

@@ -17,6 +17,8 @@ mod gsd_image;
 mod long;
 #[path = "../helpers/mirror_slaves.rs"]
 mod mirror_slaves;
+#[path = "../helpers/patience.rs"]
+mod patience;
 #[path = "../helpers/sentences.rs"]
 mod sentences;
 #[path = "../helpers/telegrams.rs"]

@@ -18,8 +18,7 @@ use profidrive::host::{Error, PathOccupant, Reach, Stop};
 use profidrive::time::Instant;
 use rustix::fs::OFlags;
 
-/// How long a master waits for what must come.
-const PATIENCE: Duration = Duration::from_secs(10);
+use crate::patience::PATIENCE;
 
 /// What a CANopen node does of which these rows speak: a boot-up, a heartbeat, and an answer to each SDO.
 struct Node {

@@ -9,8 +9,7 @@ use std::time::Instant;
 
 use serde_json::Value;
 
-/// For what must come; only a test that fails waits so long.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
+use crate::patience::PATIENCE;
 
 pub(crate) fn profidrive(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_profidrive"));

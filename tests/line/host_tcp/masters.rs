@@ -108,16 +108,18 @@ fn two_masters_share_the_line_and_one_that_stalls_does_not_delay_the_other() {
         });
         // One stalls in the middle of a telegram, and reads nothing.
         a.client.write(&[0x68, 0x11, 0x11, 0x68, 5]);
-        let (start, mut exchanges, mut worst) = (Instant::now(), 0, Duration::ZERO);
-        while start.elapsed() < stall() {
+        let (start, mut took) = (Instant::now(), Vec::new());
+        while start.elapsed() < stall() || took.len() < 21 {
             let asked = Instant::now();
             b.exchange();
-            worst = worst.max(asked.elapsed());
-            exchanges += 1;
+            took.push(asked.elapsed());
             thread::sleep(Duration::from_millis(1));
         }
-        assert!(exchanges > 20 && worst < Duration::from_millis(200), "{exchanges}, the worst in {worst:?}");
-        println!("{exchanges} exchanges beside a stalled master, the slowest in {worst:?}");
+        took.sort_unstable();
+        // A busy machine delays some of them; what waits for the rest of the telegram waits 50 ms each time.
+        let usual = took[took.len() / 2];
+        assert!(usual < Duration::from_millis(50), "{usual:?}");
+        println!("{} exchanges beside a stalled master, usually in {usual:?}", took.len());
     });
 }
 
@@ -150,7 +152,7 @@ fn a_master_exchanges_data_beside_resets_floods_and_a_hundred_connections() {
                 let count = master.client.0.read(&mut buf).unwrap();
                 assert!(count > 0, "the master was dropped");
                 master.heard.extend_from_slice(&buf[..count]);
-                assert!(start.elapsed() < Duration::from_secs(60), "round {round}");
+                assert!(start.elapsed() < PATIENCE, "round {round}");
             }
         }
     });
@@ -181,7 +183,7 @@ fn every_request_is_answered_beside_a_client_that_sends_random_octets() {
     with_drives(&[5], |address| {
         let mut master = Master::new(address, 2, 5);
         master.start_up();
-        master.client.0.set_read_timeout(Some(Duration::from_millis(500))).unwrap();
+        master.client.0.set_read_timeout(Some(PATIENCE)).unwrap();
         let (mut flooder, mut noise) = (Client::connect(address), Noise(0x9E37_79B9_7F4A_7C15));
         let own = [0x68, 0x11, 0x11, 0x68, 2, 5, 0x08];
         let (mut unanswered, mut most) = (0, 0);
