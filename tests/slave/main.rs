@@ -115,6 +115,7 @@ mod layers;
 mod modular;
 mod names;
 mod node_quirks;
+mod nodes_walk;
 mod one_place_per_fact;
 mod oracle;
 #[cfg(feature = "std")]
