@@ -192,6 +192,10 @@ mod tests {
         assert_eq!((slave.prm, slave.profile, slave.mirror), (Some(vec![1, 2]), Some(PpoType::Ppo2), true));
         let plain: JudgedSlave = "7,ident=1234,cfg=2313".parse().unwrap();
         assert_eq!((plain.ident, plain.cfg, plain.mirror), (Some(0x1234), Some(vec![0x23, 0x13]), false));
+        let longest: JudgedSlave = format!("5,cfg={}", "23".repeat(244)).parse().unwrap();
+        assert_eq!(longest.cfg.map(|cfg| cfg.len()), Some(244));
+        let longer = format!("5,cfg={}", "23".repeat(245)).parse::<JudgedSlave>().unwrap_err();
+        assert!(longer.contains("does not fit cfg"), "{longer}");
         for (spec, part) in [
             ("", "no address"),
             ("126", "has none yet"),

@@ -48,14 +48,16 @@ impl<R: Read> Utf16<R> {
                 Order::LowFirst => u16::from_le_bytes([first, *octet]),
                 Order::HighFirst => u16::from_be_bytes([first, *octet]),
             };
-            let units = self.high.take().into_iter().chain([unit]);
+            let before = self.high.take();
             if (0xD800..0xDC00).contains(&unit) {
                 self.high = Some(unit);
-                // The one before it has lost its second.
-                units.take_while(|before| *before != unit).for_each(|_| push(&mut self.text, REPLACEMENT));
+                if before.is_some() {
+                    // It has lost its second.
+                    push(&mut self.text, REPLACEMENT);
+                }
                 continue;
             }
-            for char in char::decode_utf16(units) {
+            for char in char::decode_utf16(before.into_iter().chain([unit])) {
                 push(&mut self.text, char.unwrap_or(REPLACEMENT));
             }
         }
@@ -116,6 +118,16 @@ mod tests {
         assert_eq!(text(&[0xFF, 0xFE, b'1', 0, b'0']), "\u{feff}1\u{fffd}", "half a unit");
         assert_eq!(text(&[0xFF, 0xFE, b'1', 0, 0, 0xD8, 0x3D, 0xD8, 0, 0xDE]), "\u{feff}1\u{fffd}\u{1f600}");
         assert_eq!(text(&[0xFF, 0xFE, b'1', 0, 0, 0xD8, b'2', 0]), "\u{feff}1\u{fffd}2");
+        assert_eq!(
+            text(&[0xFF, 0xFE, b'1', 0, 0, 0xD8, 0, 0xD8, b'2', 0]),
+            "\u{feff}1\u{fffd}\u{fffd}2",
+            "the same half twice"
+        );
+        assert_eq!(
+            text(&[0xFF, 0xFE, b'1', 0, 0, 0xDC, 0, 0xDC, b'2', 0]),
+            "\u{feff}1\u{fffd}\u{fffd}2",
+            "two second halves"
+        );
     }
 
     #[test]
