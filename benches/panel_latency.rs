@@ -31,6 +31,8 @@ mod drive_line;
 #[cfg(target_os = "linux")]
 #[path = "../tests/helpers/panel.rs"]
 mod panel;
+#[path = "../tests/helpers/patience.rs"]
+mod patience;
 #[cfg(target_os = "linux")]
 #[path = "../tests/helpers/pty.rs"]
 mod pty;

@@ -3,7 +3,9 @@
 use std::time::Duration;
 
 use profidrive::can_bus::canopen::policy::{EventRule, RtrAnswer, SyncProducer, TypeZero};
-use profidrive::can_bus::canopen::{Abort, Address, Notice, PdoNumber, Policy, Request, Value};
+use profidrive::can_bus::canopen::{
+    Abort, Address, Event, NoEffect, Notice, PdoNumber, Policy, Request, Value,
+};
 
 use crate::canopen_device::rig::Rig;
 
@@ -426,10 +428,34 @@ fn a_value_of_an_rpdo_out_of_range_is_refused_by_the_table_or_left_to_the_device
     let mut rig = Rig::operational();
     rig.data(0x305, &frame);
     assert!(rig.device.notices.contains(&Notice::RpdoRefused { pdo, at, abort: Abort::RANGE }));
+    let told = rig.events();
+    assert!(
+        told.iter().any(|event| matches!(event, Event::RpdoRefused { pdo: of, .. } if *of == pdo)),
+        "{told:?}"
+    );
     assert_eq!(rig.device.ram[&at], [0, 0]);
     assert_eq!(rig.device.ram[&Address::new(0x6411, 4)], [4, 0], "the others are taken");
     let mut rig = Rig::new(Policy { rpdo_limits: false, ..Policy::CIA_301 });
     rig.start();
     rig.data(0x305, &frame);
     assert_eq!(rig.device.ram[&at], [0xFF, 0x7F]);
+}
+
+/// A master that never uses PDOs may leave synchronous ones as they are: only what it has set up since the last reset is missed.
+#[test]
+fn a_missing_sync_is_told_until_a_reset_forgets_who_set_the_pdo_up() {
+    let mut rig = with_type(Policy::CIA_301, 1);
+    rig.write(0x1010, 1, 0x6576_6173, 4).unwrap();
+    let missed = |rig: &mut Rig| {
+        rig.start();
+        rig.events();
+        rig.pass(Duration::from_secs(4));
+        rig.events().iter().any(|event| matches!(event, Event::NoEffect(NoEffect::SyncMissing { .. })))
+    };
+    assert!(missed(&mut rig));
+    for reset in [0x82, 0x81] {
+        rig.data(0x000, &[reset, 5]);
+        assert_eq!(rig.read(0x1800, 2), Ok(1), "it is kept");
+        assert!(!missed(&mut rig), "{reset:02X}");
+    }
 }

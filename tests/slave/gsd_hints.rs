@@ -193,3 +193,26 @@ fn fixed_modules_may_fill_every_slot() {
     let refused = Station::new(read(&file(1)), Policy::STRICT).unwrap_err();
     assert_eq!(refused.to_string(), "2 modules are Preset with FixPresetModules, Max_Module is 1; raise it");
 }
+
+/// One module that no configuration can have is a mistake of the file; two that fit one at a time are alternatives.
+#[test]
+fn modules_are_alternatives_only_if_there_are_several() {
+    let compact = "Modular_Station=0\nMax_Input_Len=2\nMax_Output_Len=2\nMax_Data_Len=4\n";
+    let module = |name: &str| format!("Module=\"{name}\" 0x11\nEndModule\n");
+    assert!(!read(&format!("{HEAD}{compact}Module=\"a\" 0x13\nEndModule\n")).is_modular());
+    assert!(!read(&format!("{HEAD}{compact}{}", module("a"))).is_modular());
+    assert!(read(&format!("{HEAD}{compact}{}{}", module("a"), module("b"))).is_modular());
+}
+
+/// The octets of DPV1_Status come first, and are no user parameters of the slave.
+#[test]
+fn with_dp_v1_the_first_three_user_parameters_are_its_status() {
+    let described = |dpv1: u8| {
+        let lines = format!("DPV1_Slave={dpv1}\nUser_Prm_Data_Len=5\nUser_Prm_Data=0,0,0,1,2\n{MODULE}");
+        let description =
+            Station::new(read(&format!("{HEAD}{lines}")), Policy::STRICT).unwrap().description();
+        (description.user_prm_len, description.max_user_prm_len)
+    };
+    assert_eq!(described(0), (5, 5));
+    assert_eq!(described(1), (2, 2));
+}
