@@ -17,6 +17,7 @@
 //! | [`words`] | every bit of STW, ZSW, SSW and the general status register by operating mode |
 //! | [`value`] | values of parameters with their unit |
 //! | `text` | [`HexText`]: octets written as text |
+//! | `overheard` | another protocol on a line where nobody speaks DP |
 //! | `decoder` | [`Decoder`]: streams cut into telegrams and words |
 //! | [`canopen`] | frames of a CANopen network |
 //!
@@ -53,6 +54,7 @@ mod diag;
 mod field;
 mod frame;
 mod known;
+mod overheard;
 mod parameters;
 mod pkw;
 mod ppo;
@@ -67,6 +69,7 @@ pub(crate) use context::{MODES, Mode};
 pub use decoder::{Decoder, Taking};
 pub use field::{Bits, Field, Mark, hex};
 pub use known::Known;
+pub(crate) use overheard::Overheard;
 #[cfg(feature = "cli")]
 pub(crate) use parameters::{description_text, values_text};
 pub use text::{HexText, TextError};

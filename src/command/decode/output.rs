@@ -4,7 +4,7 @@ use core::fmt::Display;
 use core::time::Duration;
 use std::io::{self, BufWriter, Write};
 
-use crate::explain::{Explanation, Mark};
+use crate::explain::{Explanation, Kind, Mark, Overheard};
 use serde::Serialize;
 
 use crate::command::Failure;
@@ -56,6 +56,7 @@ pub(super) struct Output<W: Write> {
     invalid: u64,
     mistakes: u64,
     unreadable: u64,
+    overheard: Overheard,
 }
 
 /// One line of `--json`.
@@ -82,7 +83,16 @@ impl<W: Write> Output<W> {
             (false, false) => Form::Tree,
         };
         let out = BufWriter::new(out);
-        Self { out, form, places, explained: 0, invalid: 0, mistakes: 0, unreadable: 0 }
+        Self {
+            out,
+            form,
+            places,
+            explained: 0,
+            invalid: 0,
+            mistakes: 0,
+            unreadable: 0,
+            overheard: Overheard::default(),
+        }
     }
 
     /// Writes what `decode` explains of octets found at `place`.
@@ -125,7 +135,7 @@ impl<W: Write> Output<W> {
             }
             Ok(()) | Err(_) => {}
         }
-        let Self { explained, invalid, mistakes, unreadable, .. } = self;
+        let Self { explained, invalid, mistakes, unreadable, overheard, .. } = self;
         if explained == 0 && unreadable == 0 {
             return Err(Failure::Other(
                 "there are no octets in the input: the master sent nothing, or nothing was recorded; check that it runs and uses \
@@ -149,11 +159,26 @@ impl<W: Write> Output<W> {
         if unreadable > 0 {
             wrong.push(format!("lines that cannot be read: {unreadable}"));
         }
+        if let Some(foreign) = overheard.foreign() {
+            wrong.push(format!("no DP master was heard: {foreign}; {}", foreign.cure()));
+        }
         if wrong.is_empty() { Ok(()) } else { Err(Failure::Other(wrong.join("; "))) }
     }
 
     fn write(&mut self, place: Place, at: u64, explanation: &Explanation) -> io::Result<()> {
         self.explained += 1;
+        match explanation.kind {
+            Kind::Telegram | Kind::Noise if self.places => self.overheard.take(&explanation.octets),
+            Kind::Telegram
+            | Kind::Token
+            | Kind::Noise
+            | Kind::Ppo
+            | Kind::Pkw
+            | Kind::Pzd
+            | Kind::Word
+            | Kind::Frame
+            | Kind::ErrorFrame => {}
+        }
         let mark = explanation.mark();
         match mark {
             Mark::Plain | Mark::Trouble => {}

@@ -283,7 +283,7 @@ impl Judge {
             return self.end(Ending::Breach);
         }
         if self.observer.noise_octets() > NOISE {
-            return self.end(if self.is_master_known() { Ending::Flood } else { Ending::Noise });
+            return self.end(if self.is_master_known() { Ending::Flood } else { self.noise() });
         }
         let heard = self.observer.last_heard();
         let begun = self.started.or(self.begun).unwrap_or(now);
@@ -326,7 +326,7 @@ impl Judge {
 
     fn judgements(mut self) -> Vec<Judgement> {
         // Octets at another rate say nothing of the rows.
-        if let Some(ending @ (Ending::Noise | Ending::NoMaster)) = &self.ending {
+        if let Some(ending @ (Ending::Noise | Ending::Foreign(_) | Ending::NoMaster)) = &self.ending {
             let reason = ending.to_string();
             let not_judged = |row: &Row| Judgement::not_judged(*row, reason.clone());
             return self.wanted.iter().map(not_judged).collect();
@@ -351,11 +351,16 @@ impl Judge {
         self.observer.telegrams() >= LEAST_TELEGRAMS
     }
 
+    /// What was heard is no DP.
+    fn noise(&self) -> Ending {
+        self.observer.overheard.foreign().map_or(Ending::Noise, Ending::Foreign)
+    }
+
     fn wait(&mut self, now: Instant, heard: Option<Instant>, faults: &mut Faults) {
         if !self.is_master_known() {
             let waited = now.saturating_since(self.begun.unwrap_or(now));
             if waited >= SILENCE {
-                self.end(if heard.is_some() { Ending::Noise } else { Ending::NoMaster });
+                self.end(if heard.is_some() { self.noise() } else { Ending::NoMaster });
             }
             return;
         }

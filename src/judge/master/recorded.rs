@@ -35,6 +35,9 @@ impl Recording {
             None => {
                 for octets in split(octets) {
                     let of_master = is_of_master(octets);
+                    if !of_master {
+                        self.observer.overheard.take(octets);
+                    }
                     let side = if of_master { Side::Master } else { Side::Station(None::<Address>) };
                     self.observer.take(Moment::new(at, side, octets));
                 }
@@ -65,10 +68,13 @@ impl Recording {
         }
         // What the end of a session would have shown need not be in a recording.
         let judgements = wanted.iter().map(|row| self.observer.findings.judgement(*row)).collect();
-        let ending = match self.cut {
-            _ if self.observer.telegrams() == 0 => Ending::NoMaster,
-            Some(why) => Ending::Cut { why },
-            None => Ending::Read,
+        let overheard = &self.observer.overheard;
+        let ending = match (overheard.foreign(), self.observer.telegrams(), self.cut) {
+            (Some(foreign), ..) => Ending::Foreign(foreign),
+            (None, 0, _) if overheard.has_noise() => Ending::Noise,
+            (None, 0, _) => Ending::NoMaster,
+            (None, _, Some(why)) => Ending::Cut { why },
+            (None, _, None) => Ending::Read,
         };
         let configuration = self.observer.setup.words();
         let figures = if self.untimed { Figures::default() } else { self.observer.figures.clone() };

@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use super::{Address, DataTelegram, Sap};
+
 /// A protocol that is not PROFIBUS.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Foreign {
@@ -21,6 +23,13 @@ pub enum Foreign {
     },
     /// Characters that somebody can read.
     Text,
+    /// Telegrams of PROFIBUS whose services are not those of DP.
+    NotDp {
+        /// Who asks.
+        master: Address,
+        /// A service access point that it asks.
+        sap: Sap,
+    },
 }
 
 /// Octets of text that are no chance.
@@ -28,6 +37,9 @@ const SHORTEST_TEXT: usize = 5;
 
 /// The same in the middle of others.
 const LONG_TEXT: usize = 24;
+
+/// The source service access point of masters of class 2. The points from there on are those of DP.
+const MSAC2: u8 = 50;
 
 impl Foreign {
     /// What the octets begin with; `None`: nothing that is known.
@@ -54,6 +66,23 @@ impl Foreign {
         let is_text = |octet: &&u8| matches!(octet, b' '..=b'~' | b'\r' | b'\n' | b'\t');
         let readable = octets.iter().filter(is_text).count();
         (octets.len() >= LONG_TEXT && readable * 20 >= octets.len() * 19).then_some(Self::Text)
+    }
+
+    /// Of a request at a service access point that neither DP nor DP-V1 has.
+    pub(crate) fn of_request(request: &DataTelegram<'_>) -> Option<Self> {
+        let sap = request.dsap.filter(|sap| !(MSAC2..=63).contains(&sap.number()))?;
+        let is_of_dpv1 = request.ssap.is_some_and(|ssap| ssap.number() == MSAC2);
+        (!is_of_dpv1).then_some(Self::NotDp { master: request.sa, sap })
+    }
+
+    /// What to connect instead.
+    pub(crate) const fn cure(&self) -> &'static str {
+        match self {
+            Self::ModbusRtu { .. } | Self::ModbusAscii | Self::Uss { .. } | Self::Text => {
+                "connect the master of PROFIBUS DP"
+            }
+            Self::NotDp { .. } => "connect the interface of the PLC that is set to DP master",
+        }
     }
 
     /// What the octets are as a whole, and no words of a PPO.
@@ -140,6 +169,10 @@ impl fmt::Display for Foreign {
                  PROFIBUS DP"
             ),
             Self::Text => f.write_str("this is text, not PROFIBUS"),
+            Self::NotDp { master, sap } => write!(
+                f,
+                "master {master} speaks PROFIBUS, but not DP (it asks SAP {sap}): MPI, FMS or another protocol"
+            ),
         }
     }
 }

@@ -53,6 +53,7 @@ use std::collections::BTreeSet;
 use super::findings::{Findings, Weight};
 use super::rows::Row;
 use super::setup::Setup;
+use crate::explain::Overheard;
 use crate::judge::figures::Figures;
 use crate::judge::moment::{Moment, Side, split};
 use crate::profibus::fdl::telegram::{Decoded, decode};
@@ -101,6 +102,8 @@ pub(super) struct Observer {
     ring: Ring,
     timing: Timing,
     noise: u32,
+    /// What tells another protocol from DP.
+    pub(super) overheard: Overheard,
     /// Octets of the master since its last telegram.
     noise_octets: usize,
     telegrams: u64,
@@ -138,6 +141,7 @@ impl Observer {
             ring: Ring::default(),
             timing: Timing::default(),
             noise: 0,
+            overheard: Overheard::default(),
             noise_octets: 0,
             telegrams: 0,
             last_heard: None,
@@ -333,6 +337,7 @@ impl Observer {
         let octets = moment.octets.clone();
         let (at, end) = (moment.at, moment.end);
         let serial = self.recent.keep(moment);
+        self.overheard.take(&octets);
         let telegram = match decode(&octets) {
             Decoded::Telegram { telegram, len } if len == octets.len() => telegram,
             Decoded::Telegram { .. } => return self.not_framed(serial, &octets, None),

@@ -5,6 +5,7 @@ use core::fmt;
 use crate::judge::master::rows::Row;
 use crate::judge::requirement::{Conclusion, Standing};
 use crate::profibus::fdl::Address;
+use crate::profibus::fdl::foreign::Foreign;
 
 /// How a judgement ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -29,6 +30,8 @@ pub enum Ending {
     },
     /// Nothing but octets that are no telegrams.
     Noise,
+    /// Another protocol.
+    Foreign(Foreign),
     /// After telegrams, octets without end that are none.
     Flood,
     /// Data exchange with a station was never reached.
@@ -72,9 +75,11 @@ impl Conclusion for Ending {
         match self {
             Self::Done => Standing::Tried,
             Self::Read => Standing::Read,
-            Self::NoMaster | Self::Noise | Self::NoExchange { .. } | Self::NotRead { after: None, .. } => {
-                Standing::Nothing
-            }
+            Self::NoMaster
+            | Self::Noise
+            | Self::Foreign(_)
+            | Self::NoExchange { .. }
+            | Self::NotRead { after: None, .. } => Standing::Nothing,
             Self::Cut { .. }
             | Self::Silent { .. }
             | Self::Flood
@@ -94,6 +99,7 @@ impl Conclusion for Ending {
             | Self::Cut { .. }
             | Self::NoMaster
             | Self::Noise
+            | Self::Foreign(_)
             | Self::Flood
             | Self::NoExchange { .. }
             | Self::NotRead { .. }
@@ -118,6 +124,7 @@ impl fmt::Display for Ending {
             Self::Noise => f.write_str(
                 "only octets that are no telegrams were heard: the sender has another rate or no even parity, or is no PROFIBUS master",
             ),
+            Self::Foreign(foreign) => write!(f, "no DP master was heard: {foreign}; {}", foreign.cure()),
             Self::Flood => f.write_str("the master sent telegrams at first and then octets without end that are none"),
             Self::NoExchange { station, why } => {
                 write!(f, "data exchange with station {station} was not reached: {why}")
