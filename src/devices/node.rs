@@ -62,10 +62,12 @@ const fn of_node(event: &canopen::Event) -> EventKind {
         canopen::Event::BootUp { .. }
         | canopen::Event::State { .. }
         | canopen::Event::NmtIgnored { .. }
+        | canopen::Event::LssRefused(_)
         | canopen::Event::NoEffect(NoEffect::NmtLength { .. }) => EventKind::Nmt,
         canopen::Event::SdoRefused(_)
         | canopen::Event::NoEffect(NoEffect::SdoStopped | NoEffect::SdoLength { .. })
         | canopen::Event::SdoAbortedByClient { .. }
+        | canopen::Event::SegmentsMissed { .. }
         | canopen::Event::Written(_) => EventKind::Sdo,
         canopen::Event::RpdoLength { .. }
         | canopen::Event::RpdoRefused { .. }
@@ -77,6 +79,9 @@ const fn of_node(event: &canopen::Event) -> EventKind {
             | NoEffect::TpdoRequest { .. }
             | NoEffect::TpdoOff { .. }
             | NoEffect::RpdoLong { .. }
+            | NoEffect::RpdoWithoutNode { .. }
+            | NoEffect::SdoOverwritten { .. }
+            | NoEffect::SameIdentifier { .. }
             | NoEffect::SyncMissing { .. },
         ) => EventKind::Pdo,
         canopen::Event::Emergency { .. } => EventKind::Emcy,

@@ -98,6 +98,17 @@ pub enum Event {
     },
     /// It is heard again.
     HeartbeatBack(NodeId),
+    /// Segments of a block download were not in order: the client has to send them again.
+    SegmentsMissed {
+        /// What it is about.
+        at: Address,
+        /// Those that were taken.
+        taken: u8,
+        /// The number of the last one that came.
+        number: u8,
+    },
+    /// A request of LSS to configure the node was refused.
+    LssRefused(LssRefusal),
     /// Frames were not taken in time by the host and are lost.
     FramesLost {
         /// How many since the node was made.
@@ -174,6 +185,97 @@ pub enum NoEffect {
         /// It produces heartbeats; if not, a time of guarding is 0.
         heartbeat: bool,
     },
+    /// A frame with the usual identifier of an RPDO, but for the node number, which is missing.
+    RpdoWithoutNode {
+        /// The PDO.
+        pdo: PdoNumber,
+        /// The identifier.
+        got: u16,
+        /// That of the RPDO.
+        usual: u16,
+    },
+    /// What an SDO has written was put back by the next RPDO, which carries the same entry.
+    SdoOverwritten {
+        /// The PDO.
+        pdo: PdoNumber,
+        /// The entry.
+        at: Address,
+    },
+    /// Two services of the node have one identifier.
+    SameIdentifier {
+        /// One of them.
+        pdo: Identified,
+        /// The other one.
+        other: Identified,
+        /// The identifier.
+        id: u32,
+    },
+}
+
+/// A service of a node whose identifier can be written. `Display`: the service, and the entry that holds its identifier.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Identified {
+    /// SYNC.
+    Sync,
+    /// EMCY.
+    Emcy,
+    /// An RPDO.
+    Rpdo(PdoNumber),
+    /// A TPDO.
+    Tpdo(PdoNumber),
+}
+
+impl fmt::Display for Identified {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Sync => f.write_str("SYNC (1005h)"),
+            Self::Emcy => f.write_str("EMCY (1014h)"),
+            Self::Rpdo(pdo) => write!(f, "RPDO{pdo} ({}:01)", pdo.object(0x1400)),
+            Self::Tpdo(pdo) => write!(f, "TPDO{pdo} ({}:01)", pdo.object(0x1800)),
+        }
+    }
+}
+
+/// A request of LSS that was refused. `Display`: what was asked, what was expected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LssRefusal {
+    /// Another node number.
+    Node {
+        /// The number.
+        got: u8,
+    },
+    /// Another rate.
+    Rate {
+        /// The table of rates.
+        table: u8,
+        /// The place in the table.
+        place: u8,
+        /// One bit for each place of table 0 whose rate the node has.
+        known: u16,
+    },
+}
+
+impl fmt::Display for LssRefusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Node { got } => write!(
+                f,
+                "LSS request for node number {got} refused (11h, error 1): expected 1 to 127; send another number"
+            ),
+            Self::Rate { table, place, known } => {
+                write!(
+                    f,
+                    "LSS request for rate {place} of table {table} refused (13h, error 1): expected table 0 and one of"
+                )?;
+                (0..u16::BITS)
+                    .filter(|place| known >> place & 1 == 1)
+                    .try_for_each(|place| write!(f, " {place}"))?;
+                f.write_str(", the rates of the device")
+            }
+        }
+    }
 }
 
 /// A PDO that waits for SYNC. `Display`: what does not happen because of that.
@@ -231,6 +333,9 @@ impl NoEffect {
             Self::TpdoOff { pdo } => (10, pdo),
             Self::SyncMissing { pdo: AwaitsSync::Rpdo(pdo), .. } => (11, pdo),
             Self::SyncMissing { pdo: AwaitsSync::Tpdo(pdo), .. } => (12, pdo),
+            Self::SdoOverwritten { pdo, .. } => (13, pdo),
+            Self::SameIdentifier { .. } => (14, PdoNumber::P1),
+            Self::RpdoWithoutNode { pdo, .. } => (15, pdo),
         };
         let place = match pdo.number() {
             number @ 0..=3 => number.saturating_sub(1),
@@ -290,6 +395,21 @@ impl fmt::Display for NoEffect {
                 "hint: RPDO{pdo} has {}, its mapping needs {expected} ({}): the others have no effect; map what they are for",
                 Octets(usize::from(*got)),
                 pdo.object(0x1600)
+            ),
+            Self::RpdoWithoutNode { pdo, got, usual } => write!(
+                f,
+                "hint: a frame with {got:03X}h, the identifier of RPDO{pdo} without a node number, has no effect; send {usual:03X}h"
+            ),
+            Self::SdoOverwritten { pdo, at } => write!(
+                f,
+                "hint: {at} was written by SDO, and RPDO{pdo}, which carries it ({}), has put the old value back; write it by one \
+                 of them only",
+                pdo.object(0x1600)
+            ),
+            Self::SameIdentifier { pdo, other, id } => write!(
+                f,
+                "hint: {pdo} and {other} have the same identifier {id:03X}h: receivers cannot tell their frames apart; write another \
+                 COB-ID to one of them"
             ),
             Self::SyncMissing { pdo, sync } => {
                 write!(f, "{pdo}, and none comes with the identifier {sync:03X}h (1005h); {}", pdo.cure())
@@ -365,6 +485,13 @@ impl fmt::Display for Event {
                  period (1017h) is shorter"
             ),
             Self::HeartbeatBack(node) => write!(f, "heartbeat of node {node} is back"),
+            Self::SegmentsMissed { at, taken, number } => write!(
+                f,
+                "SDO block download of {at}: segment {} is missing, the last one that came has the number {number}; number them from \
+                 1 in each block, and send those behind {taken} again",
+                taken.saturating_add(1)
+            ),
+            Self::LssRefused(refusal) => refusal.fmt(f),
             Self::FramesLost { count } => write!(f, "{count} frames were not taken in time and are lost"),
         }
     }

@@ -53,7 +53,7 @@ pub use address::{Address, Index, NodeId, NodeIdError, Sub};
 pub use application::{Application, NmtCause, Notice, Part, Request, Source, Written};
 pub use dictionary::{Entry, Home, Object};
 pub use emcy::{Emergency, ErrorNames};
-pub use event::{AwaitsSync, Event, NoEffect};
+pub use event::{AwaitsSync, Event, Identified, LssRefusal, NoEffect};
 pub use nmt::{NmtState, Reset};
 pub use node::{Node, Service};
 pub use pdo::PdoNumber;

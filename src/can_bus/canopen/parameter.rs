@@ -84,6 +84,14 @@ pub enum PdoField {
 }
 
 impl Parameter {
+    /// Whether it says which identifier a service has.
+    pub(super) const fn is_identifier(self) -> bool {
+        matches!(
+            self,
+            Self::SyncId | Self::EmcyId | Self::Rpdo(_, PdoField::CobId) | Self::Tpdo(_, PdoField::CobId)
+        )
+    }
+
     /// What the node keeps at `at`, if anything.
     pub(crate) const fn of(at: Address) -> Option<Self> {
         let (index, sub) = at.pair();

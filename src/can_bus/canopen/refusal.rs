@@ -90,6 +90,28 @@ pub enum Rule {
     Exchanged(Address),
     /// A segment comes without a transfer.
     NoTransfer,
+    /// So many segments in a block are none.
+    BlockSize(u8),
+    /// So many segments of a block are said to be taken, and fewer were sent.
+    Taken {
+        /// By the client.
+        got: u8,
+        /// By the node.
+        sent: u8,
+    },
+    /// The check sequence behind a block transfer.
+    Crc {
+        /// Over the octets that came.
+        expected: u16,
+        /// With the end of the transfer.
+        got: u16,
+    },
+    /// So many bits has the object that is mapped.
+    Bits(usize),
+    /// This entry supervises the same node.
+    Supervised(Address),
+    /// The mapping has nothing at this sub-index.
+    NotMapped(u8),
     /// What else is in the way, as the end of "1 was written, but".
     But(&'static str),
 }
@@ -104,6 +126,12 @@ impl Rule {
             | Self::PdoOn(_)
             | Self::Exchanged(_)
             | Self::NoTransfer
+            | Self::BlockSize(_)
+            | Self::Taken { .. }
+            | Self::Crc { .. }
+            | Self::Bits(_)
+            | Self::NotMapped(_)
+            | Self::Supervised(_)
             | Self::But(_) => false,
         }
     }
@@ -111,13 +139,13 @@ impl Rule {
 
 /// The answer to a write on its way to a [`Refusal`]: the code and the rule, if one is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Broken {
-    pub(super) code: Abort,
-    pub(super) rule: Option<Rule>,
+pub(in crate::can_bus::canopen) struct Broken {
+    pub(in crate::can_bus::canopen) code: Abort,
+    pub(in crate::can_bus::canopen) rule: Option<Rule>,
 }
 
 impl Broken {
-    pub(super) const fn rule(code: Abort, rule: Rule) -> Self {
+    pub(in crate::can_bus::canopen) const fn rule(code: Abort, rule: Rule) -> Self {
         Self { code, rule: Some(rule) }
     }
 }
@@ -249,7 +277,17 @@ impl fmt::Display for Reason<'_> {
                 }
                 Some(Rule::PdoOn(_)) => write!(f, "got {got}, but the PDO is on"),
                 Some(Rule::But(but)) => write!(f, "got {got}, but {but}"),
-                Some(Rule::Exchanged(_) | Rule::NoTransfer) | None => write!(f, "got {got}"),
+                Some(Rule::Bits(bits)) => write!(f, "got {got}, but the object has {bits} bits"),
+                Some(Rule::Supervised(other)) => write!(f, "got {got}, but {other} supervises that node"),
+                Some(Rule::NotMapped(sub)) => write!(f, "got {got}, but sub-index {sub} is 0"),
+                Some(
+                    Rule::Exchanged(_)
+                    | Rule::NoTransfer
+                    | Rule::BlockSize(_)
+                    | Rule::Taken { .. }
+                    | Rule::Crc { .. },
+                )
+                | None => write!(f, "got {got}"),
             }?;
         }
         match rule {
@@ -265,6 +303,23 @@ impl fmt::Display for Reason<'_> {
                     ": the octets of the index seem to be exchanged: {meant} is there; send the low octet first"
                 );
             }
+            Some(Rule::BlockSize(got)) => {
+                return write!(f, ": expected blocks of 1 to 127 segments, got {got}: send another size");
+            }
+            Some(Rule::Taken { got, sent }) => {
+                return write!(f, ": expected at most {sent}, the segments of the block, got {got}");
+            }
+            Some(Rule::Crc { expected, got }) => {
+                return write!(
+                    f,
+                    ": expected CRC {expected:04X}h, got {got:04X}h: count it over the octets of the value, from 0, polynomial 1021h"
+                );
+            }
+            Some(Rule::Bits(_)) => return f.write_str(": write its length to bits 0 to 7 of the entry"),
+            Some(Rule::Supervised(other)) => {
+                return write!(f, ": write {other} = 0 first, or use that entry");
+            }
+            Some(Rule::NotMapped(_)) => return f.write_str(": write what is mapped there first"),
             Some(
                 Rule::Length(..)
                 | Rule::Limits(_)

@@ -38,6 +38,20 @@ pub enum BusHint {
         /// The command.
         command: u8,
     },
+    /// An NMT command for a node that cannot be.
+    NmtNode {
+        /// The command.
+        command: u8,
+        /// The number, above 127.
+        node: u8,
+    },
+    /// NMT commands are remote frames.
+    NmtRemote,
+    /// An SDO request without a node number in its identifier.
+    SdoWithoutNode {
+        /// Who is there.
+        there: Numbers,
+    },
     /// A master sends with an identifier of a node of ours.
     OfNode {
         /// The identifier.
@@ -141,7 +155,8 @@ impl NodeWatch {
             Id::Extended(_) => return self.wide(now, frame.id().number(), there),
         };
         if frame.is_remote() {
-            return None;
+            let is_nmt = id.number() == cob_id::NMT;
+            return (is_nmt && is_due(&mut self.exchanged_said, now)).then_some(BusHint::NmtRemote);
         }
         let service = id.number() & !0x7F;
         let [low, _] = id.number().to_le_bytes();
@@ -153,8 +168,16 @@ impl NodeWatch {
                 if let Some(hint) = exchanged([command, node], &there) {
                     return is_due(&mut self.exchanged_said, now).then_some(hint);
                 }
-                self.asked(now, NodeRequest::Nmt, NodeId::new(node).ok()?, there)
+                match NodeId::new(node) {
+                    Ok(node) => self.asked(now, NodeRequest::Nmt, node, there),
+                    Err(_) if node == 0 => None,
+                    Err(_) => {
+                        is_due(&mut self.exchanged_said, now).then_some(BusHint::NmtNode { command, node })
+                    }
+                }
             }
+            (cob_id::SDO_CLIENT, None) => is_due(&mut self.of_node_said, now)
+                .then(|| BusHint::SdoWithoutNode { there: Numbers(there().0 | self.heard.0) }),
             (cob_id::SDO_SERVER | cob_id::TPDO_1, Some(node)) if there().contains(node) => {
                 let instead = if service == cob_id::SDO_SERVER { cob_id::SDO_CLIENT } else { cob_id::RPDO_1 };
                 let instead = instead + u16::from(node.number());
@@ -247,6 +270,29 @@ impl fmt::Display for BusHint {
                     node.number()
                 );
             }
+            Self::NmtNode { command, node } => {
+                return write!(
+                    f,
+                    "hint: NMT command {command:02X}h is for node {node}: expected 1 to 127, or 0 for all; send the number of a node"
+                );
+            }
+            Self::NmtRemote => {
+                return f.write_str(
+                    "hint: a remote frame with the identifier of NMT (000h) is ignored: send a data frame of two octets, command and \
+                     node",
+                );
+            }
+            Self::SdoWithoutNode { there } => {
+                f.write_str("hint: an SDO request with 600h has no node number; ")?;
+                return match NodeId::new(u8::try_from(there.0.trailing_zeros()).unwrap_or(0)) {
+                    Ok(first) => write!(
+                        f,
+                        "send {:03X}h for node {first}",
+                        cob_id::SDO_CLIENT + u16::from(first.number())
+                    ),
+                    Err(_) => f.write_str("no node is on this bus"),
+                };
+            }
             Self::OfNode { id, node, instead } => {
                 return write!(
                     f,
@@ -330,9 +376,7 @@ mod tests {
             frame(0x605, &[0x40, 0, 0x10, 0, 0, 0, 0, 0]),
             frame(0, &[1, 6]),
             frame(0, &[1, 0]),
-            frame(0, &[1, 200]),
             frame(0, &[1]),
-            frame(0x600, &[0x40]),
             frame(0x209, &[1, 2]),
             frame(0x080, &[]),
             frame(0x7E4, &[4]),

@@ -252,6 +252,8 @@ fn told_each_time(event: &CanopenEvent) -> Option<u32> {
             | canopen::Event::SdoAbortedByClient { .. }
             | canopen::Event::RpdoLength { .. }
             | canopen::Event::RpdoRefused { .. }
+            | canopen::Event::LssRefused(_)
+            | canopen::Event::SegmentsMissed { .. }
             | canopen::Event::FramesLost { .. },
         ) => Some(1),
         // Changes belong between others; only a circle of them is counted.

@@ -110,6 +110,8 @@ impl NodeCounters {
             | Event::NmtIgnored { .. }
             | Event::NoEffect(_)
             | Event::SdoRefused(_)
+            | Event::LssRefused(_)
+            | Event::SegmentsMissed { .. }
             | Event::SdoAbortedByClient { .. }
             | Event::Written(_)
             | Event::Emergency { .. }

@@ -154,6 +154,7 @@ impl Node {
                 self.write_home(now, at, entry, octets, source, app)?
             }
         };
+        self.sdo_wrote(at, octets);
         let unit = unit(Some(entry), at, app);
         self.tell(Event::Written(Change::new(at, Some(entry), octets, unit)));
         Ok(written)

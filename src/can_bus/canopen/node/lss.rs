@@ -10,6 +10,7 @@ use crate::can_bus::can::{BaseId, Frame, Id};
 use crate::can_bus::canopen::address::{Address, NodeId};
 use crate::can_bus::canopen::application::Application;
 use crate::can_bus::canopen::cob_id;
+use crate::can_bus::canopen::event::{Event, LssRefusal};
 
 /// Octets of every frame.
 const FRAME_LEN: usize = 8;
@@ -67,11 +68,13 @@ impl Node {
             _ if !self.lss.configures => {}
             0x11 => {
                 let taken = NodeId::new(a).is_ok_and(|node| app.change_node_id(node));
-                self.lss_answer([0x11, if taken { OK } else { REFUSED }, 0, 0, 0]);
+                self.lss_outcome(0x11, taken, LssRefusal::Node { got: a });
             }
             0x13 => {
                 let is_known = a == 0 && rates.get(usize::from(b)).is_some_and(|known| *known);
-                self.lss_answer([0x13, if is_known { OK } else { REFUSED }, 0, 0, 0]);
+                let bit = |(place, known): (usize, &bool)| u16::from(*known) << place;
+                let known = rates.iter().enumerate().map(bit).sum();
+                self.lss_outcome(0x13, is_known, LssRefusal::Rate { table: a, place: b, known });
             }
             0x17 => {
                 app.keep_node_id();
@@ -93,6 +96,14 @@ impl Node {
         let Ok(entry) = self.entry(at) else { return Some(0) };
         let read = self.value_with(at, entry, app, |octets| Ok(<[u8; 4]>::try_from(octets).ok()));
         read.ok().flatten().map(u32::from_le_bytes)
+    }
+
+    /// Answers a request to configure, and tells of one that is refused.
+    fn lss_outcome(&mut self, command: u8, taken: bool, refusal: LssRefusal) {
+        if !taken {
+            self.tell(Event::LssRefused(refusal));
+        }
+        self.lss_answer([command, if taken { OK } else { REFUSED }, 0, 0, 0]);
     }
 
     fn lss_answer(&mut self, [command, a, b, c, d]: [u8; 5]) {

@@ -304,6 +304,8 @@ impl Node {
         } else {
             if let Some(pdo) = self.usual_pdo(cob_id::RPDO_1, id) {
                 self.no_effect(NoEffect::RpdoOff { pdo });
+            } else {
+                self.look_for_node_number(id);
             }
             return false;
         }
@@ -406,6 +408,7 @@ impl Node {
         self.tell(Event::State { from, to, cause });
         app.notice(now, Notice::Nmt { from: Some(from), to, cause });
         if to == NmtState::Operational {
+            self.judge_identifiers();
             self.start_tpdos(now, app);
         }
     }

@@ -3,6 +3,7 @@
 use super::Node;
 use super::errors::Cause;
 use crate::can_bus::can::{Frame, Id};
+use crate::can_bus::canopen::address::Address;
 use crate::can_bus::canopen::application::{Application, Notice, Source};
 use crate::can_bus::canopen::cob_id::{self, CobId};
 use crate::can_bus::canopen::emcy;
@@ -23,24 +24,64 @@ pub(super) struct Rpdo {
     waiting: Option<[u8; 8]>,
     /// How many before it waited in vain since the last SYNC.
     unread: u8,
+    /// What was taken last.
+    last: Option<u64>,
+    /// An entry of it that an SDO has written since then, with another value.
+    rewritten: Option<Address>,
 }
 
 /// So many frames without a SYNC between them show that none comes.
 const UNREAD: u8 = 10;
 
 impl Rpdo {
-    pub(super) const OFF: Self =
-        Self { id: None, pieces: Pieces::new(), octets: 0, waiting: None, unread: 0 };
+    pub(super) const OFF: Self = Self {
+        id: None,
+        pieces: Pieces::new(),
+        octets: 0,
+        waiting: None,
+        unread: 0,
+        last: None,
+        rewritten: None,
+    };
 
     const fn take_waiting(&mut self) -> Option<[u8; 8]> {
         self.unread = 0;
         self.waiting.take()
     }
 
-    /// Forgets what waits for a SYNC.
+    /// Forgets what has come.
     pub(super) const fn forget(&mut self) {
         self.waiting = None;
         self.unread = 0;
+        self.last = None;
+        self.rewritten = None;
+    }
+
+    /// What `data` carries for an entry.
+    fn value_of(&self, at: Address, data: u64) -> Option<u64> {
+        let mut begin = 0;
+        for piece in &self.pieces {
+            if piece.at == at {
+                return Some(piece.take(data, begin));
+            }
+            begin += piece.bits;
+        }
+        None
+    }
+
+    /// An SDO has written an entry.
+    fn sdo_wrote(&mut self, at: Address, value: u64) {
+        let before = self.last.and_then(|last| self.value_of(at, last));
+        if before.is_some_and(|before| before != value) {
+            self.rewritten = Some(at);
+        }
+    }
+
+    /// Octets are taken: the entry whose value of before the SDO they put back.
+    fn puts_back(&mut self, data: u64) -> Option<Address> {
+        let before = self.last.replace(data)?;
+        let at = self.rewritten.take()?;
+        (self.value_of(at, before) == self.value_of(at, data)).then_some(at)
     }
 }
 
@@ -52,8 +93,15 @@ impl Node {
         let octets = mapping::octets(&pieces);
         let id = CobId(values.cob_id).active();
         if let Some(rpdo) = self.rpdos.get_mut(place) {
-            *rpdo = Rpdo { id, pieces, octets, waiting: None, unread: 0 };
+            *rpdo = Rpdo { id, pieces, octets, ..Rpdo::OFF };
         }
+    }
+
+    /// An SDO has written an entry: an RPDO may put the old value back.
+    pub(super) fn sdo_wrote(&mut self, at: Address, octets: &[u8]) {
+        let mut value = [0; 8];
+        value.iter_mut().zip(octets).for_each(|(place, octet)| *place = *octet);
+        self.rpdos.iter_mut().for_each(|rpdo| rpdo.sdo_wrote(at, u64::from_le_bytes(value)));
     }
 
     /// The place of the RPDO with that identifier.
@@ -76,6 +124,19 @@ impl Node {
     pub(super) fn usual_pdo(&self, first: u16, id: Id) -> Option<PdoNumber> {
         let usual = |number: &u16| cob_id::of_node(first + 0x100 * (number - 1), self.node_id) == id;
         (1..=4).find(usual).and_then(PdoNumber::new)
+    }
+
+    /// A frame that is for nobody: of a master that has sent none of our RPDOs, the node number may be missing.
+    pub(super) fn look_for_node_number(&mut self, id: Id) {
+        let usual = |number: u16| cob_id::RPDO_1 + 0x100 * (number - 1);
+        let of = |number: &u16| Id::base(usual(*number)) == Ok(id);
+        let Some(number) = (1..=4).find(of) else { return };
+        let waits = self.rpdos.iter().all(|rpdo| rpdo.last.is_none() && rpdo.waiting.is_none());
+        if let (Some(pdo), true) = (PdoNumber::new(number), waits) {
+            let got = usual(number);
+            let usual = got + u16::from(self.node_id.number());
+            self.no_effect(NoEffect::RpdoWithoutNode { pdo, got, usual });
+        }
     }
 
     /// A data frame for an RPDO in OPERATIONAL.
@@ -137,12 +198,16 @@ impl Node {
 
     fn take(&mut self, now: Instant, place: usize, data: [u8; 8], app: &mut dyn Application) {
         let pdo = self.values.rpdos.at(place).number;
+        let data = u64::from_le_bytes(data);
+        if let Some(at) = self.rpdos.get_mut(place).and_then(|rpdo| rpdo.puts_back(data)) {
+            self.no_effect(NoEffect::SdoOverwritten { pdo, at });
+        }
         let mut begin = 0;
         for mapped in 0..MAX_MAPPED {
             let piece = self.rpdos.get(place).and_then(|rpdo| rpdo.pieces.get(mapped));
             let Some(&piece) = piece else { break };
             // A mapping may take less than the whole entry: the rest is zero.
-            let value = piece.take(u64::from_le_bytes(data), begin).to_le_bytes();
+            let value = piece.take(data, begin).to_le_bytes();
             begin += piece.bits;
             let Some(entry) = piece.entry else { continue };
             let value = value.get(..entry.data.octets().unwrap_or_default()).unwrap_or_default();

@@ -16,7 +16,8 @@ use crate::can_bus::canopen::abort::Abort;
 use crate::can_bus::canopen::address::Address;
 use crate::can_bus::canopen::application::{Application, Part};
 use crate::can_bus::canopen::cob_id;
-use crate::can_bus::canopen::refusal::Refusal;
+use crate::can_bus::canopen::event::Event;
+use crate::can_bus::canopen::refusal::{Broken, Rule};
 use crate::can_bus::canopen::sdo::block::{BlockRequest, LAST, MOST_SEGMENTS, SEGMENT_LEN, crc_16};
 use crate::can_bus::canopen::sdo::{FRAME_LEN, MAX_VALUE_LEN, Response, addressed};
 use crate::time::Instant;
@@ -166,10 +167,7 @@ impl Node {
                 self.send_sdo(addressed(0xA4, at, [MOST_SEGMENTS, 0, 0, 0]));
                 None
             }
-            Err(broken) => {
-                let entry = self.entry(at).ok();
-                Some(self.tell_refusal(Refusal::new(at, broken.code, entry)))
-            }
+            Err(broken) => Some(self.refuse_announced(at, broken, announced)),
         }
     }
 
@@ -197,6 +195,9 @@ impl Node {
         }
         // What is missing comes again, in the next block.
         if last || number == MOST_SEGMENTS {
+            if download.taken != number {
+                self.tell(Event::SegmentsMissed { at, taken: download.taken, number });
+            }
             self.send_sdo([0xA2, download.taken, MOST_SEGMENTS, 0, 0, 0, 0, 0]);
             download.taken = 0;
         }
@@ -240,9 +241,11 @@ impl Node {
         let tail = tail.get(..SEGMENT_LEN.saturating_sub(unused.into())).unwrap_or_default();
         let end = download.came + tail.len();
         let bounds = (download.announced.unwrap_or(0), download.announced.unwrap_or(download.most));
-        let code = if download.crc.is_some_and(|before| crc_16(before, tail) != crc) {
-            Some(Abort::CRC)
-        } else if end > bounds.1 {
+        let expected = download.crc.map(|before| crc_16(before, tail));
+        if let Some(expected) = expected.filter(|expected| *expected != crc) {
+            return Some(self.refuse_by(at, Abort::CRC, Rule::Crc { expected, got: crc }));
+        }
+        let code = if end > bounds.1 {
             Some(self.policy.too_long())
         } else if end < bounds.0 {
             Some(self.policy.too_short())
@@ -250,7 +253,8 @@ impl Node {
             None
         };
         if let Some(code) = code {
-            return Some(self.refuse(at, code));
+            let broken = Broken::rule(code, Rule::Length(bounds.0, bounds.1));
+            return Some(self.refuse_announced(at, broken, Some(end)));
         }
         if download.most > MAX_VALUE_LEN {
             let outcome =
@@ -274,7 +278,7 @@ impl Node {
     ) -> Option<Response> {
         self.sdo.end();
         if !(1..=MOST_SEGMENTS).contains(&size) {
-            return Some(self.refuse(at, Abort::BLOCK_SIZE));
+            return Some(self.refuse_by(at, Abort::BLOCK_SIZE, Rule::BlockSize(size)));
         }
         let len = match self.take_value(at, app) {
             Ok(len) => len,
@@ -325,13 +329,14 @@ impl Node {
     ) -> Option<Response> {
         if count > upload.sent {
             self.sdo.end();
-            return Some(self.refuse(at, Abort::SEQUENCE));
+            let rule = Rule::Taken { got: count, sent: upload.sent };
+            return Some(self.refuse_by(at, Abort::SEQUENCE, rule));
         }
         let taken = upload.taken + usize::from(count);
         if taken < upload.segments() {
             if !(1..=MOST_SEGMENTS).contains(&size) {
                 self.sdo.end();
-                return Some(self.refuse(at, Abort::BLOCK_SIZE));
+                return Some(self.refuse_by(at, Abort::BLOCK_SIZE, Rule::BlockSize(size)));
             }
             self.go_on(at, Upload { taken, size, sent: 0, stage: Stage::Sending, since: now, ..upload });
             self.send_block(app);

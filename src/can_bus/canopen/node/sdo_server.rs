@@ -337,8 +337,9 @@ impl Node {
         if end > announced.unwrap_or(most) {
             return Some(self.refuse(at, self.policy.too_long()));
         }
-        if last && announced.is_some_and(|announced| announced != end) {
-            return Some(self.refuse(at, self.policy.too_short()));
+        if last && let Some(announced) = announced.filter(|announced| *announced != end) {
+            let broken = Broken::rule(self.policy.too_short(), Rule::Length(announced, announced));
+            return Some(self.refuse_announced(at, broken, Some(end)));
         }
         let next = Transfer::Download { at, announced, most, came: end, toggle: !toggle };
         if most > MAX_VALUE_LEN {
@@ -371,6 +372,20 @@ impl Node {
 
     pub(super) fn refuse(&mut self, at: Address, code: Abort) -> Response {
         self.tell_refusal(Refusal::new(at, code, self.entry(at).ok()))
+    }
+
+    /// The same, with the rule that the request breaks.
+    pub(super) fn refuse_by(&mut self, at: Address, code: Abort, rule: Rule) -> Response {
+        self.tell_refusal(Refusal::new(at, code, self.entry(at).ok()).with(rule))
+    }
+
+    /// Refuses a write whose length alone is known, if it is.
+    pub(super) fn refuse_announced(&mut self, at: Address, broken: Broken, len: Option<usize>) -> Response {
+        let entry = self.entry(at).ok();
+        self.tell_refusal(match len {
+            Some(len) => Refusal::announced(at, broken, entry, len),
+            None => Refusal::new(at, broken.code, entry),
+        })
     }
 
     pub(super) fn tell_refusal(&mut self, refusal: Refusal) -> Response {

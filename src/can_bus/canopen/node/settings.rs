@@ -4,11 +4,14 @@ use super::Node;
 use super::heartbeat::{Consumer, supervised};
 use super::rpdo::Rpdo;
 use super::tpdo::Tpdo;
+use crate::can_bus::can::Id;
 use crate::can_bus::canopen::abort::Abort;
 use crate::can_bus::canopen::address::{Address, Sub};
 use crate::can_bus::canopen::application::{Application, Notice, Written};
 use crate::can_bus::canopen::cob_id::CobId;
 use crate::can_bus::canopen::dictionary::{Entry, Limits};
+use crate::can_bus::canopen::event::{Identified, NoEffect};
+use crate::can_bus::canopen::nmt::NmtState;
 use crate::can_bus::canopen::parameter::{Parameter, PdoField, PdoParameters};
 use crate::can_bus::canopen::pdo;
 use crate::can_bus::canopen::pdo::TransmissionType;
@@ -22,9 +25,13 @@ pub(crate) const SAVE: u32 = 0x6576_6173;
 /// `load` as 1011h takes it.
 pub(crate) const LOAD: u32 = 0x6461_6F6C;
 
-/// An identifier that CiA 301 has for something else, or that has too many bits.
-const NO_IDENTIFIER: Rule =
-    Rule::But("its identifier is reserved by CiA 301, or has more bits than the device supports");
+/// An identifier that CiA 301 has for something else.
+const RESERVED: Rule = Rule::But("its identifier is reserved by CiA 301");
+
+/// An identifier that has too many bits.
+const TOO_WIDE: Rule = Rule::But(
+    "its identifier has more than 11 bits, or bit 29 is 1: the device has no identifiers of 29 bits",
+);
 
 const fn without_bit_30(value: u32) -> Result<u32, Broken> {
     if CobId(value).bit_30() {
@@ -98,6 +105,9 @@ impl Node {
             | Parameter::Tpdo(..) => self.values.set(parameter, value),
         }
         self.follow(now, parameter, app);
+        if self.state == Some(NmtState::Operational) && parameter.is_identifier() {
+            self.judge_identifiers();
+        }
         if entry.stored && self.policy.storing == Storing::OnWrite {
             self.keep(parameter, value);
         }
@@ -116,7 +126,7 @@ impl Node {
                 let value = self.judge_cob_id(
                     self.values.emcy_id,
                     value,
-                    Rule::But("EMCY is on (bit 31 of 1014h is 0)"),
+                    Rule::But("EMCY is on: write 1014h with bit 31 = 1 first"),
                 )?;
                 without_bit_30(value)
             }
@@ -166,8 +176,9 @@ impl Node {
             }
             SyncProducer::Refused | SyncProducer::Dropped | SyncProducer::Produced => {}
         }
-        if !self.is_identifier(id) || id.is_restricted() {
-            return Err(Broken::rule(Abort::RANGE, NO_IDENTIFIER));
+        self.judge_width(id)?;
+        if id.is_restricted() {
+            return Err(Broken::rule(Abort::RANGE, RESERVED));
         }
         Ok(value)
     }
@@ -187,8 +198,9 @@ impl Node {
     /// The rules of COB-IDs of PDOs and EMCY: a service that is on keeps its identifier. `on` says that it is on.
     fn judge_cob_id(&self, old: u32, new: u32, on: Rule) -> Result<u32, Broken> {
         let (old, id) = (CobId(old), CobId(new));
-        if !self.is_identifier(id) || id.is_valid() && id.is_restricted() {
-            return Err(Broken::rule(Abort::RANGE, NO_IDENTIFIER));
+        self.judge_width(id)?;
+        if id.is_valid() && id.is_restricted() {
+            return Err(Broken::rule(Abort::RANGE, RESERVED));
         }
         match self.policy.change_while_valid {
             Some(code) if old.is_valid() && id.is_valid() && old.id() != id.id() => {
@@ -198,8 +210,9 @@ impl Node {
         }
     }
 
-    fn is_identifier(&self, id: CobId) -> bool {
-        id.id().is_some() && (self.policy.extended_ids || !id.is_extended())
+    fn judge_width(&self, id: CobId) -> Result<(), Broken> {
+        let fits = id.id().is_some() && (self.policy.extended_ids || !id.is_extended());
+        if fits { Ok(()) } else { Err(Broken::rule(Abort::RANGE, TOO_WIDE)) }
     }
 
     fn judge_consumer(&self, place: u8, value: u32) -> Result<u32, Broken> {
@@ -213,9 +226,11 @@ impl Node {
         let Some((node, _)) = supervised(value) else { return Ok(value) };
         let others = self.values.consumers.iter().enumerate();
         let mut others = others.filter(|(other, _)| *other != usize::from(place));
-        let twice = others.any(|(_, entry)| supervised(*entry).is_some_and(|(other, _)| other == node));
-        if twice {
-            return Err(Broken::rule(Abort::PARAMETER, Rule::But("another entry supervises that node")));
+        let twice = others.find(|(_, entry)| supervised(**entry).is_some_and(|(other, _)| other == node));
+        if let Some((other, _)) = twice {
+            let sub = u8::try_from(other + 1).unwrap_or(u8::MAX);
+            let rule = Rule::Supervised(Address::new(0x1016, sub));
+            return Err(Broken::rule(Abort::PARAMETER, rule));
         }
         Ok(value)
     }
@@ -245,7 +260,7 @@ impl Node {
             }
             (PdoField::Type, Direction::Receive | Direction::Transmit) => {
                 let exists = u8::try_from(value).is_ok_and(|kind| TransmissionType(kind).exists());
-                let reserved = Rule::But("the transmission types 241 to 251 are reserved");
+                let reserved = Rule::Limits(Limits::Ranges(&[(0, 240), (252, 255)]));
                 if exists { Ok(value) } else { Err(Broken::rule(Abort::RANGE, reserved)) }
             }
             (PdoField::Count, direction) => {
@@ -313,6 +328,33 @@ impl Node {
             | Parameter::EmcyId
             | Parameter::EmcyInhibit
             | Parameter::ErrorBehaviour => {}
+        }
+    }
+
+    /// A service whose identifier can be written, while it is on: SYNC, EMCY, the RPDOs, the TPDOs.
+    fn identified(&self, place: usize) -> Option<(Identified, Id)> {
+        let rpdo = place.wrapping_sub(2);
+        let tpdo = rpdo.wrapping_sub(self.rpdos.len());
+        match place {
+            0 => Some((Identified::Sync, CobId(self.values.sync_id).id()?)),
+            1 => Some((Identified::Emcy, CobId(self.values.emcy_id).active()?)),
+            _ => match (self.rpdos.get(rpdo), self.tpdos.get(tpdo)) {
+                (Some(it), _) => Some((Identified::Rpdo(self.values.rpdos.at(rpdo).number), it.id?)),
+                (None, Some(it)) => Some((Identified::Tpdo(self.values.tpdos.at(tpdo).number), it.id?)),
+                (None, None) => None,
+            },
+        }
+    }
+
+    /// In OPERATIONAL: tells of two services that have one identifier.
+    pub(super) fn judge_identifiers(&mut self) {
+        let all = 2 + self.rpdos.len() + self.tpdos.len();
+        for place in 2..all {
+            let Some((pdo, id)) = self.identified(place) else { continue };
+            let mut others = (0..place).filter_map(|place| self.identified(place));
+            if let Some((other, _)) = others.find(|(_, other)| *other == id) {
+                return self.no_effect(NoEffect::SameIdentifier { pdo, other, id: id.number() });
+            }
         }
     }
 

@@ -13,6 +13,7 @@ use crate::can_bus::canopen::abort::Abort;
 use crate::can_bus::canopen::address::Address;
 use crate::can_bus::canopen::dictionary;
 use crate::can_bus::canopen::dictionary::{Entry, Object};
+use crate::can_bus::canopen::refusal::{Broken, Rule};
 use crate::can_bus::canopen::value::DataType;
 
 /// The most octets of a PDO.
@@ -118,14 +119,14 @@ pub(in crate::can_bus::canopen) fn judge_word(
     direction: Direction,
     word: u32,
     dummies: u8,
-) -> Result<(), Abort> {
+) -> Result<(), Broken> {
     if word == 0 {
         return Ok(());
     }
     let word = MappingWord::decode(word);
     if let (Some(bits), Direction::Receive) = (word.dummy_bits(), direction) {
         let allowed = dummies.checked_shr(word.at.index.0.into()).is_some_and(|dummies| dummies & 1 == 1);
-        return if bits == word.bits && allowed { Ok(()) } else { Err(Abort::NOT_MAPPABLE) };
+        return if bits == word.bits && allowed { Ok(()) } else { Err(Abort::NOT_MAPPABLE.into()) };
     }
     let entry = dictionary::entry(objects, word.at)?;
     let mappable = match direction {
@@ -134,7 +135,11 @@ pub(in crate::can_bus::canopen) fn judge_word(
     };
     let bits = entry.data.octets().map(|octets| octets * 8);
     let fits = bits == Some(usize::from(word.bits)) || entry.data == DataType::Boolean && word.bits == 1;
-    if mappable && fits { Ok(()) } else { Err(Abort::NOT_MAPPABLE) }
+    match bits {
+        _ if mappable && fits => Ok(()),
+        Some(bits) if mappable => Err(Broken::rule(Abort::NOT_MAPPABLE, Rule::Bits(bits))),
+        Some(_) | None => Err(Abort::NOT_MAPPABLE.into()),
+    }
 }
 
 /// Whether so many words make a PDO.
@@ -143,14 +148,14 @@ pub(in crate::can_bus::canopen) fn judge_count(
     direction: Direction,
     words: &[u32],
     dummies: u8,
-) -> Result<(), Abort> {
+) -> Result<(), Broken> {
     let mut bits = 0;
-    for word in words {
+    for (sub, word) in (1..).zip(words) {
         if *word == 0 {
-            return Err(Abort::NO_OBJECT);
+            return Err(Broken::rule(Abort::NO_OBJECT, Rule::NotMapped(sub)));
         }
         judge_word(objects, direction, *word, dummies)?;
         bits += u32::from(MappingWord::decode(*word).bits);
     }
-    if bits > MAX_OCTETS * 8 { Err(Abort::PDO_LENGTH) } else { Ok(()) }
+    if bits > MAX_OCTETS * 8 { Err(Abort::PDO_LENGTH.into()) } else { Ok(()) }
 }
