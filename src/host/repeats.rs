@@ -20,7 +20,7 @@ const KNOWN: usize = 256;
 const NUMBERS: u32 = 5;
 
 /// So many different complaints of one place are told while they follow each other without a pause; the others are counted.
-const DIFFERENT: u32 = 10;
+const DIFFERENT: u32 = 8;
 
 /// What was told: each event, its cause whatever the numbers in it are, and how many different ones of its place.
 #[derive(Debug)]

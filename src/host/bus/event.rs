@@ -180,6 +180,9 @@ fn told_each_time(event: &StationEvent) -> Option<u32> {
     (!event.is_detail()).then_some(times)
 }
 
+/// Marks the changed parameters of a station among the places of what is told.
+const PARAMETERS: u64 = 1 << 8;
+
 /// A parameter was changed: a master may do that all the time, and to many of them.
 fn is_parameter(event: &StationEvent) -> bool {
     event.kind() == EventKind::Parameter
@@ -223,8 +226,8 @@ impl News {
         let told = (address, event);
         let of = |told: &(Address, StationEvent)| {
             let (station, cause) = (u64::from(told.0.number()), cause(&told.1));
-            // Each parameter counts for itself.
-            (if is_parameter(&told.1) { cause.wrapping_add(station) } else { station }, cause)
+            // Changed parameters count beside complaints.
+            (if is_parameter(&told.1) { station | PARAMETERS } else { station }, cause)
         };
         if each.is_none_or(|each| self.repeats.is_new(now, &told, PartialEq::eq, each, of)) {
             self.push(BusEvent::Station { address, event: told.1 });

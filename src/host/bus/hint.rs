@@ -153,6 +153,13 @@ pub enum LineHint {
         /// Whom it asks.
         station: Address,
     },
+    /// A request that wants an answer is for all stations.
+    ToAll {
+        /// Who sends it.
+        master: Address,
+        /// Which service of DP it asks.
+        service: Option<dp::Service>,
+    },
     /// A station is asked with a service of layer 2 that DP does not use.
     NotOfDp {
         /// Who asks.
@@ -182,7 +189,8 @@ impl LineHint {
             | Self::NoSuchGroup { .. }
             | Self::ControlLength { .. }
             | Self::ControlReserved { .. }
-            | Self::ControlOfOther { .. } => None,
+            | Self::ControlOfOther { .. }
+            | Self::ToAll { .. } => None,
         }
     }
 }
@@ -332,6 +340,11 @@ impl Watch {
             }
         }
         if data.da.is_broadcast() || is_there(data.da) {
+            if data.da.is_broadcast() && matches!(service, Service::SrdLow | Service::SrdHigh) {
+                let what = dp::Service::of(data.dsap, data.ssap);
+                let hint = LineHint::ToAll { master: data.sa, service: what };
+                return is_due(&mut self.service_said, now).then_some(hint);
+            }
             if !is_of_dp(service, data) && is_due(&mut self.service_said, now) {
                 return Some(LineHint::NotOfDp { master: data.sa, station: data.da, service });
             }
@@ -440,18 +453,17 @@ impl fmt::Display for LineHint {
                     None => f.write_str(", the rate is not found")?,
                 }
                 match foreign {
-                    Some(foreign) => write!(f, ": {foreign}; connect the master of PROFIBUS DP"),
+                    Some(foreign) => write!(f, ": {foreign}; {}", foreign.cure()),
                     None => f.write_str(
                         "; set the rate of the master, and check whether A and B are exchanged and the line is terminated at \
                          both ends",
                     ),
                 }
             }
-            Self::NotDp { master, sap } => write!(
-                f,
-                "hint: master {master} speaks PROFIBUS, but not DP (it asks SAP {sap}): MPI, FMS or another protocol; connect the \
-                 interface of the PLC that is set to DP master"
-            ),
+            &Self::NotDp { master, sap } => {
+                let foreign = Foreign::NotDp { master, sap };
+                write!(f, "hint: {foreign}; {}", foreign.cure())
+            }
             Self::NobodyThere { master, asked, there: Addresses(0) } => {
                 write!(f, "hint: master {master} asks for station {asked}, and no station is on the line")
             }
@@ -540,6 +552,12 @@ impl fmt::Display for LineHint {
                 "hint: master {master} has sent station {station} the same request {NO_RETRY} times with the same frame count bit \
                  (FCB, octet FC bit 5): the station takes that for a retry and sends its old reply, so inputs do not change; \
                  change the bit with each new request"
+            ),
+            Self::ToAll { master, service } => write!(
+                f,
+                "hint: master {master} sends {} to address 127, all stations, from which nobody answers; send it to each station \
+                 by its own address",
+                service.map_or("a request that wants an answer", dp::Service::name)
             ),
             Self::NotOfDp { master, station, service } => write!(
                 f,

@@ -4,7 +4,7 @@ use core::fmt;
 
 use super::connection::AbortReason;
 use super::identification::FIRST;
-use super::{AlarmHead, CALL_INDEX, Channel, Failure, Function, WithCure};
+use super::{AlarmHead, CALL_INDEX, Channel, ErrorCode, Failure, Function, WithCure};
 use crate::profibus::fdl::Address;
 
 /// Something that the log or the application wants to know.
@@ -161,7 +161,15 @@ impl fmt::Display for Event {
             }
             Self::Refused { master, channel, function, place, failure } => {
                 let asked = Asked(*function, *place);
-                write!(f, "refused {asked} of master {master}{channel}: {}", WithCure(*failure))
+                write!(f, "refused {asked} of master {master}{channel}: ")?;
+                if *function == Function::AlarmAck.number() && failure.code == ErrorCode::STATE_CONFLICT {
+                    return write!(
+                        f,
+                        "{failure}: no alarm waits for this acknowledgement; send it once, with slot, type and sequence number of the \
+                         alarm in Slave_Diag"
+                    );
+                }
+                WithCure(*failure).fmt(f)
             }
             Self::AlarmDelivered { master, alarm } => write!(f, "master {master} has read the {alarm}"),
             Self::AlarmAcknowledged { master, alarm } => {

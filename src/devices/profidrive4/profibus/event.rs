@@ -5,7 +5,7 @@ use core::fmt;
 use crate::devices::ppo_drive::profile::NotFollowed;
 use crate::devices::profidrive4;
 use crate::face::{DeviceEvent, EventKind, Reason};
-use crate::profibus::dpv1::base_mode::{ParameterAddress, ParameterError, Service};
+use crate::profibus::dpv1::base_mode::{Head, MAX_PARAMETERS, ParameterAddress, ParameterError, Service};
 use crate::profibus::pkw;
 
 /// What happened in a drive.
@@ -45,6 +45,15 @@ pub enum Event {
         /// The sub-index, if the error names one.
         info: u16,
     },
+    /// A request of record 47 was answered with an error before a parameter was looked at.
+    RequestRefused {
+        /// At which slot.
+        slot: u8,
+        /// Its first octets.
+        head: Head,
+        /// Why not.
+        error: ParameterError,
+    },
     /// The parameters were stored (PNU 971).
     Stored,
     /// They could not be stored.
@@ -63,7 +72,7 @@ impl DeviceEvent for Event {
             Self::Changed { .. } | Self::Written { .. } | Self::Stored | Self::NotStored => {
                 EventKind::Parameter
             }
-            Self::Refused { .. } | Self::JobRefused(_) => EventKind::JobRefused,
+            Self::Refused { .. } | Self::RequestRefused { .. } | Self::JobRefused(_) => EventKind::JobRefused,
             Self::Reset => EventKind::Power,
         }
     }
@@ -112,6 +121,23 @@ impl fmt::Display for Event {
                 match error.cure() {
                     "" => Ok(()),
                     cure => write!(f, ": {cure}"),
+                }
+            }
+            Self::RequestRefused { slot, head: Head { service, parameters, .. }, error } => {
+                write!(f, "record 47 of slot {slot}: the request is refused with error {:02X}h, {}: ", error.0, error.words())?;
+                match (service, parameters) {
+                    (Service::Unknown(number), _) => {
+                        write!(f, "request ID {number:02X}h (octet 2), expected 01h (read) or 02h (change)")
+                    }
+                    (Service::Read | Service::Change, 0 | 40..) => write!(
+                        f,
+                        "{parameters} parameters (octet 4), expected 1 to {MAX_PARAMETERS}"
+                    ),
+                    (Service::Read | Service::Change, 1..=MAX_PARAMETERS) => write!(
+                        f,
+                        "it ends before the addresses and values of its {parameters} parameters (octet 4); send 6 octets for each \
+                         address, and for a change format, number and values"
+                    ),
                 }
             }
             Self::Stored => f.write_str("parameters stored (PNU 971)"),

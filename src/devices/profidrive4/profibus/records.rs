@@ -84,6 +84,7 @@ impl dpv1::Records for Records<'_> {
                 Outcome::Failed { service, address, error, info } => {
                     Event::Refused { slot, axis, service, address, error, info }
                 }
+                Outcome::Whole { head, error } => Event::RequestRefused { slot, head, error },
             });
         });
         let response = response.ok_or(NotDone::refused(ErrorCode::INVALID_RANGE))?;

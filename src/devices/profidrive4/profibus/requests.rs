@@ -31,8 +31,20 @@ const LEAST: usize = 4;
 /// What became of one parameter, for the log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Outcome {
-    Changed { address: ParameterAddress },
-    Failed { service: Service, address: ParameterAddress, error: ParameterError, info: u16 },
+    Changed {
+        address: ParameterAddress,
+    },
+    Failed {
+        service: Service,
+        address: ParameterAddress,
+        error: ParameterError,
+        info: u16,
+    },
+    /// None of its parameters was looked at.
+    Whole {
+        head: Head,
+        error: ParameterError,
+    },
 }
 
 /// The octets of a parameter in a response.
@@ -49,21 +61,22 @@ pub(super) fn respond(
     tell: &mut dyn FnMut(Outcome),
 ) -> Option<Vec<u8>> {
     let (head, rest) = Head::of_request(request)?;
-    let whole = |error| {
+    let whole = |error, tell: &mut dyn FnMut(Outcome)| {
+        tell(Outcome::Whole { head, error });
         let head = Head { failed: true, parameters: 1, ..head };
         Some([&head.octets()[..], &error_block((error, 0))].concat())
     };
     let changes = match head.service {
         Service::Read => false,
         Service::Change => true,
-        Service::Unknown(_) => return whole(SERVICE),
+        Service::Unknown(_) => return whole(SERVICE, tell),
     };
     match head.parameters {
-        0 => return whole(ADDRESS),
+        0 => return whole(ADDRESS, tell),
         1..=MAX_PARAMETERS => {}
-        _ => return whole(TOO_MANY),
+        _ => return whole(TOO_MANY, tell),
     }
-    let Some((addresses, mut rest)) = split(head.parameters, rest) else { return whole(ADDRESS) };
+    let Some((addresses, mut rest)) = split(head.parameters, rest) else { return whole(ADDRESS, tell) };
     let mut given = Vec::new();
     if changes {
         for _ in &addresses {
@@ -77,7 +90,7 @@ pub(super) fn respond(
                     given.push(None);
                     break;
                 }
-                None => return whole(ADDRESS),
+                None => return whole(ADDRESS, tell),
             }
         }
     }
