@@ -24,7 +24,7 @@ class LineFault:
 
     @property
     def injected(self) -> int:
-        """How often it struck."""
+        """How often it was injected."""
         return next((int(fault["injected"]) for fault in self._all() if fault["number"] == self.number), 0)
 
     def remove(self) -> None:

@@ -43,7 +43,7 @@ const UNTIMED_RATE: BaudRate = BaudRate::K500;
 const FIRST_SERIAL_RATE: BaudRate = BaudRate::K19_2;
 
 /// Invalid octets are logged at most once in this time; each is for `-v`.
-const NOISE_PAUSE: Duration = Duration::from_secs(10);
+const NOISE_PAUSE: Duration = Duration::from_secs(20);
 
 /// Runs what the arguments ask for, until SIGINT, SIGTERM, or SIGHUP, which comes when the window of its terminal is
 /// closed.

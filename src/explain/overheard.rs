@@ -8,12 +8,15 @@ use crate::profibus::fdl::{DataTelegram, Function, Service, Telegram};
 /// Octets that are looked at, at most: the first ones.
 const MOST: usize = 2048;
 
+/// So many requests that are not of DP are no chance.
+const NOT_DP: u8 = 3;
+
 /// What was heard of a line: octets that are no telegrams, and requests.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Overheard {
     noise: Vec<u8>,
-    /// The first request that is not one of DP.
-    not_dp: Option<Foreign>,
+    /// The newest request that is not one of DP, and how many there were.
+    not_dp: Option<(Foreign, u8)>,
     /// A request of DP was heard.
     is_dp: bool,
 }
@@ -46,7 +49,10 @@ impl Overheard {
             | Service::SdnLow
             | Service::SdnHigh => {
                 self.is_dp |= dp::Service::of(data.dsap, data.ssap).is_some();
-                self.not_dp = self.not_dp.or_else(|| Foreign::of_request(data));
+                if let Some(foreign) = Foreign::of_request(data) {
+                    let times = self.not_dp.map_or(0, |(_, times)| times);
+                    self.not_dp = Some((foreign, times.saturating_add(1)));
+                }
             }
         }
     }
@@ -61,7 +67,8 @@ impl Overheard {
         if self.is_dp {
             return None;
         }
-        self.not_dp.or_else(|| Foreign::in_noise(&self.noise))
+        let many = self.not_dp.filter(|(_, times)| *times >= NOT_DP);
+        many.map(|(foreign, _)| foreign).or_else(|| Foreign::in_noise(&self.noise))
     }
 }
 
@@ -90,8 +97,8 @@ mod tests {
     #[test]
     fn who_asks_only_what_dp_does_not_have_speaks_another_protocol() {
         let not_dp = "master 2 speaks PROFIBUS, but not DP (it asks SAP 10): MPI, FMS or another protocol";
-        assert_eq!(said(&[&FMS, &FMS]).as_deref(), Some(not_dp));
-        assert_eq!(said(&[&FMS, &DIAGNOSIS]), None);
+        assert_eq!(said(&[&FMS, &FMS, &FMS]).as_deref(), Some(not_dp));
+        assert_eq!(said(&[&FMS, &FMS, &FMS, &DIAGNOSIS]), None);
         assert_eq!(said(&[&DIAGNOSIS, &MODBUS]), None);
     }
 }

@@ -14,6 +14,7 @@
 use std::collections::BTreeMap;
 
 mod advice;
+pub(crate) mod deeds;
 mod exam;
 pub(crate) mod flood;
 mod habits;

@@ -57,6 +57,12 @@ fn hints_of_a_bus() {
                 let hint = NodeWatch::inside().heard(Instant::from_millis(1), &wide, there);
                 hint.map(|hint| hint.to_string()).into_iter().collect()
             }),
+            row("NB-08", "an NMT start of node 200", said(NodeWatch::inside(), 0, &[1, 200], &[5])),
+            row(
+                "NB-09",
+                "an SDO request without a node number in its identifier",
+                said(NodeWatch::inside(), 0x600, &[0x40, 0, 0x10, 0, 0, 0, 0, 0], &[5]),
+            ),
         ],
     );
 }

@@ -501,3 +501,35 @@ fn no_frame_of_a_wrong_master_is_without_effect_and_without_a_word() {
     }
     expect_none(&silences);
 }
+
+#[test]
+fn a_pdo_that_waits_for_sync_is_told_by_why_and_ends_with_its_advice() {
+    for cure in ["send SYNC", "type 255"] {
+        let mut bus = Bus::of(&TARGETS[0]);
+        let transmission_type = |bus: &mut Bus, kind| {
+            bus.write(0x1800, 1, 0x8000_0185, 4);
+            bus.write(0x1800, 2, kind, 1);
+            bus.write(0x1800, 1, 0x185, 4);
+        };
+        transmission_type(&mut bus, 1);
+        assert!(bus.why().unwrap().contains("NMT state PRE-OPERATIONAL"));
+        bus.nmt(1);
+        bus.wait(Duration::from_secs(4));
+        let why = bus.why().unwrap();
+        assert!(why.contains("TPDO1 is not sent: it waits for SYNC"), "{why}");
+        assert!(
+            why.contains("send SYNC, or set the transmission type of the PDO to 255 (1800h:02)"),
+            "{why}"
+        );
+        if cure == "send SYNC" {
+            bus.send(&frame(0x80, &[]));
+        } else {
+            bus.nmt(0x80);
+            transmission_type(&mut bus, 255);
+            bus.nmt(1);
+            bus.wait(Duration::from_secs(4));
+        }
+        let why = bus.why().unwrap();
+        assert!(!why.contains("waits for SYNC") && !why.contains("NMT state"), "{why}");
+    }
+}

@@ -9,12 +9,12 @@ use crate::host::tests::silence::slaves::CYCLE;
 /// A mistake: what it is, at which target, what is sent, and words that are read of it in the log or by `why`.
 pub(super) type OnBus = (&'static str, &'static str, fn(&mut Bus), &'static [&'static str]);
 
-fn operational(bus: &mut Bus) {
+pub(super) fn operational(bus: &mut Bus) {
     bus.nmt(1);
     bus.take_news();
 }
 
-fn enable(bus: &mut Bus) {
+pub(in crate::host::tests::silence) fn enable(bus: &mut Bus) {
     operational(bus);
     for word in [6, 7, 0xF] {
         bus.write(0x6040, 0, word, 2);

@@ -11,23 +11,23 @@ use crate::profibus::fdl;
 pub(super) type OnLine = (&'static str, &'static str, fn(&mut Line), &'static [&'static str]);
 
 /// Outputs from `at` on, for some cycles.
-fn put(line: &mut Line, at: usize, octets: &[u8]) {
+pub(super) fn put(line: &mut Line, at: usize, octets: &[u8]) {
     line.outputs[at..at + octets.len()].copy_from_slice(octets);
     line.exchange(12);
 }
 
-fn word(line: &mut Line, word: u16) {
+pub(in crate::host::tests::silence) fn word(line: &mut Line, word: u16) {
     let at = line.target.kind.stw().unwrap();
     put(line, at, &word.to_be_bytes());
 }
 
-fn started(line: &mut Line) {
+pub(super) fn started(line: &mut Line) {
     assert!(line.start_up(), "{:#?}", line.story);
     line.take_news();
 }
 
 /// Operation enabled.
-fn enabled(line: &mut Line) {
+pub(super) fn enabled(line: &mut Line) {
     started(line);
     match line.target.kind {
         Kind::Ag03 => [0x3A, 0x3B].into_iter().for_each(|stw| word(line, stw)),
@@ -38,7 +38,7 @@ fn enabled(line: &mut Line) {
 }
 
 /// A PKW job: read or write.
-fn job(line: &mut Line, pke: u16, ind: u8, pwe: u32) {
+pub(in crate::host::tests::silence) fn job(line: &mut Line, pke: u16, ind: u8, pwe: u32) {
     let [high, low] = pke.to_be_bytes();
     let [a, b, c, d] = pwe.to_be_bytes();
     put(line, 0, &[high, low, ind, 0, a, b, c, d]);
