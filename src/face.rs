@@ -13,6 +13,7 @@ mod object_entry;
 pub(crate) mod operation;
 mod quirk;
 pub mod surroundings;
+mod turning;
 mod why;
 
 #[cfg(test)]
@@ -29,4 +30,5 @@ pub(crate) use object_entry::{DataType, ObjectEntry};
 pub(crate) use operation::Operation;
 pub use quirk::{Quirk, QuirkError};
 pub use surroundings::Surroundings;
+pub use turning::Turning;
 pub use why::{Reason, Why};

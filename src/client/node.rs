@@ -10,6 +10,8 @@
 //! Enable:       NMT start ─▶ guarding ─▶ 0006h ─▶ 0007h ─▶ 000Fh
 //! MoveTo:       NMT start ─▶ guarding ─▶ 6060h: 1 ─▶ 0006h ─▶ 0007h ─▶ 000Fh ─▶ 607Ah ─▶ 001Fh ─▶ bit 12 ─▶ 000Fh ─▶ bit 10
 //! Home:         the same with 6060h: 6, without 607Ah, up to bit 12 (attained) or bit 13 (failed)
+//! Turn:         the same with 6060h: 3 (of some drives 2), 60FFh ─▶ 010Fh ─▶ 000Fh ─▶ bit 10
+//! Inch:         the same in mode 1 with the control word of the device
 //! Acknowledge:  NMT start ─▶ 0000h ─▶ 0080h ─▶ no fault
 //! Stop:         0002h ─▶ standstill ─▶ 0000h
 //! Leave:        0000h ─▶ 100Ch, 100Dh, 1017h, 6060h as before ─▶ NMT as before

@@ -175,7 +175,8 @@ impl Drive {
         }
     }
 
-    fn offers(&self, code: i64) -> bool {
+    /// Whether it has the mode of this code.
+    pub(crate) fn offers(&self, code: i64) -> bool {
         let mode = i8::try_from(code).ok().and_then(Mode::of);
         mode.is_some_and(|mode| self.modes >> (mode.code() - 1) & 1 == 1)
     }

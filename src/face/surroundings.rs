@@ -8,7 +8,7 @@ use core::time::Duration;
 
 use heapless::{String, Vec};
 
-use super::{DriveState, Why};
+use super::{DriveState, Turning, Why};
 use crate::can_bus::canopen::Address;
 use crate::time::Instant;
 
@@ -272,6 +272,11 @@ pub trait Surroundings {
     /// The mode in force, as the device's [`Vocabulary`](crate::devices::Vocabulary) takes it.
     fn mode(&self) -> i64 {
         0
+    }
+
+    /// On CANopen how a master turns it with a velocity, and inches; `None`: it cannot be turned so.
+    fn turning(&self) -> Option<Turning> {
+        None
     }
 
     /// Whether it can move by itself.

@@ -38,7 +38,7 @@ pub(crate) enum Asked {
     /// To leave the line: every station is let go.
     Leave,
     /// One of the acts of its operation, with its number.
-    Act(&'static Act, Option<f64>),
+    Act(Act, Option<f64>),
     /// To send these octets in each cycle.
     Outputs(Vec<u8>),
     /// To read a parameter or an entry.

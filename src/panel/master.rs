@@ -128,7 +128,7 @@ pub(super) async fn read(place: Place) -> Result<Json<Mastery>, Problem> {
     let (line, address) = (&place.line, place.address);
     let prefix = prefix(line, kind, address, startup.as_ref());
     let command = |act: &Act| Some(format!("{} {}", prefix.as_ref()?, act.command?));
-    let acts = operation.acts().iter().map(|act| ActState {
+    let acts = operation.acts().map(|act| ActState {
         act: act.key,
         name: act.name,
         quantity: act.quantity.map(|quantity| QuantityState {
@@ -138,9 +138,9 @@ pub(super) async fn read(place: Place) -> Result<Json<Mastery>, Problem> {
             high: quantity.high,
             whole: quantity.whole,
         }),
-        command: command(act),
+        command: command(&act),
     });
-    let next = next_act(operation, state).and_then(command);
+    let next = next_act(operation, state).as_ref().and_then(command);
     let outputs = startup.as_ref().filter(|_| operation == Operation::Octets);
     Ok(Json(Mastery {
         acts: acts.collect(),
@@ -225,7 +225,7 @@ fn asked(known: &Known, order: NewOrder) -> Result<Asked, Problem> {
         key => {
             let known = known.operation;
             let act = known.act(key).ok_or_else(|| {
-                let keys: Vec<&str> = known.acts().iter().map(|act| act.key).collect();
+                let keys: Vec<&str> = known.acts().map(|act| act.key).collect();
                 Problem::value(format!(
                     "'{key}' cannot be asked of this station; there is take, {}",
                     keys.join(", ")
@@ -312,13 +312,13 @@ impl MasterState {
 }
 
 /// What the drive needs next: as `why` advises.
-fn next_act(operation: Operation, state: Option<DriveState>) -> Option<&'static Act> {
+fn next_act(operation: Operation, state: Option<DriveState>) -> Option<Act> {
     let verb = match state? {
         DriveState::Fault => Verb::Acknowledge,
         DriveState::Enabled => return None,
         DriveState::Off | DriveState::NotReady | DriveState::Inhibited | DriveState::Ready => Verb::Enable,
     };
-    operation.acts().iter().find(|act| act.verb == verb)
+    operation.acts().find(|act| act.verb == verb)
 }
 
 /// How `profidrive master` names the station; `None`: it cannot take it over.
@@ -338,6 +338,6 @@ fn prefix(line: &Line, kind: BusKind, address: u8, startup: Option<&Startup>) ->
             let number = ppo.number()?;
             Some(format!("{begin} --ppo {number} --ident {:04X}", startup.ident))
         }
-        (Operation::Speed | Operation::Octets | Operation::Cia402 | Operation::Objects, _) => None,
+        (Operation::Speed | Operation::Octets | Operation::Cia402 { .. } | Operation::Objects, _) => None,
     }
 }

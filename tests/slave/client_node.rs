@@ -9,6 +9,7 @@ use profidrive::devices::CanopenDevice;
 use profidrive::devices::ag03::canopen::{Ag03Node, Config};
 use profidrive::devices::asda_a2::canopen::{AsdaA2, Quirks};
 use profidrive::devices::asda_a2::{Config as AsdaConfig, Level};
+use profidrive::face::Turning;
 use profidrive::time::Instant;
 
 const NODE: u8 = 5;
@@ -257,4 +258,69 @@ fn the_asda_a2_travels_by_the_same_words() {
     assert_eq!(rig.pursue(NodeGoal::Stop), NodeOutcome::Done);
     assert_eq!(rig.pursue(NodeGoal::Leave), NodeOutcome::Done);
     assert_eq!(rig.words(), [0x0006, 0x0007, 0x000F, 0x001F, 0x000F, 0x0002, 0x0000]);
+}
+
+/// What the device itself says of how it turns.
+fn turn(rig: &Rig, velocity: i32) -> NodeGoal {
+    let Turning { mode, target, .. } = rig.device.description().turning().unwrap();
+    NodeGoal::Turn { mode, target, velocity }
+}
+
+#[test]
+fn a_drive_turns_with_a_velocity_and_travels_afterwards() {
+    for (mut rig, fast, slow, near) in [(Rig::ag03(), 60, -30, 4), (Rig::asda(), 3000, -1000, 20)] {
+        rig.write(0x6060, 0, &[1]);
+        for velocity in [fast, slow, slow] {
+            let goal = turn(&rig, velocity);
+            assert_eq!(rig.pursue(goal), NodeOutcome::Done);
+            rig.pass(rig.now.saturating_add(Duration::from_millis(500)));
+            assert!((rig.read(0x606C, 0) - velocity).abs() <= near, "{} of {velocity}", rig.read(0x606C, 0));
+        }
+        let at = rig.read(0x6064, 0);
+        assert_eq!(rig.pursue(NodeGoal::MoveTo(at + 500)), NodeOutcome::Done);
+        assert!((rig.read(0x6064, 0) - at - 500).abs() <= 110);
+        let goal = turn(&rig, fast);
+        assert_eq!(rig.pursue(goal), NodeOutcome::Done);
+        assert_eq!(rig.pursue(NodeGoal::Stop), NodeOutcome::Done);
+        rig.pass(rig.now.saturating_add(Duration::from_secs(1)));
+        assert_eq!(rig.read(0x606C, 0), 0);
+        assert_eq!(rig.pursue(NodeGoal::Leave), NodeOutcome::Done);
+        assert_eq!(rig.read(0x6060, 0) & 0xFF, 1, "the mode is as before");
+    }
+}
+
+#[test]
+fn a_velocity_beyond_the_bounds_is_refused_and_a_drive_in_fault_does_not_turn() {
+    let mut rig = Rig::ag03();
+    let at = Address::new(0x60FF, 0);
+    let goal = turn(&rig, 500);
+    let refused = NodeOutcome::Failed(NodeTrouble::Refused { at, code: Abort::RANGE });
+    assert_eq!(rig.pursue(goal), refused);
+    let now = rig.now;
+    rig.device.act(now, &mut |description| description.provoke(now, "F").unwrap());
+    let goal = turn(&rig, 50);
+    let fault = rig.pursue(goal);
+    assert!(matches!(fault, NodeOutcome::Failed(NodeTrouble::Fault { .. })), "{fault:?}");
+}
+
+#[test]
+fn the_ag03_1_inches_in_both_directions_until_something_else_is_asked() {
+    let mut rig = Rig::ag03();
+    let [positive, negative] = rig.device.description().turning().unwrap().inching.unwrap();
+    for (word, sign) in [(positive, 1), (negative, -1), (positive, 1)] {
+        assert_eq!(rig.pursue(NodeGoal::Inch { word }), NodeOutcome::Done);
+        let at = rig.read(0x6064, 0);
+        rig.pass(rig.now.saturating_add(Duration::from_secs(1)));
+        assert!((rig.read(0x6064, 0) - at) * sign > 50, "{word:04X}");
+    }
+    let begun = rig.now;
+    assert_eq!(rig.pursue(NodeGoal::MoveTo(0)), NodeOutcome::Done);
+    assert!(rig.read(0x6064, 0).abs() <= 10);
+    assert!(rig.now.saturating_since(begun) < Duration::from_secs(20));
+    rig.pursue(NodeGoal::Inch { word: positive });
+    assert_eq!(rig.pursue(NodeGoal::Stop), NodeOutcome::Done);
+    let at = rig.read(0x6064, 0);
+    rig.pass(rig.now.saturating_add(Duration::from_secs(1)));
+    assert!((rig.read(0x6064, 0) - at).abs() < 100, "it stands");
+    assert!(Rig::asda().device.description().turning().unwrap().inching.is_none());
 }

@@ -21,8 +21,8 @@ const TABLE: &[(&str, &[&str])] = &[
     ("can_bus::can", &["time"]),
     ("can_bus::canopen", &["can_bus::can", "chance", "image", "time"]),
     ("can_bus::cia402", &[]),
-    // What every device is asked: of the buses it has the place of an entry and the names of alarms.
-    ("face", &["can_bus::canopen", "profibus::dpv1", "time"]),
+    // What every device is asked: of the buses it has the place of an entry, the modes of drives, the names of alarms.
+    ("face", &["can_bus::canopen", "can_bus::cia402", "profibus::dpv1", "time"]),
     // The devices without a bus, then on either bus.
     ("devices::ag03::param", &["face"]),
     ("devices::ag03::drive", &["devices::ag03::param", "time"]),

@@ -34,6 +34,7 @@ pub(super) const SWITCH_ON: u16 = 0x0007;
 pub(super) const ENABLE: u16 = 0x000F;
 const QUICK_STOP: u16 = 0x0002;
 const START: u16 = ENABLE | Controlword::NEW_SET_POINT.0;
+pub(super) const HALT: u16 = ENABLE | Controlword::HALT.0;
 
 /// What a step does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,8 +51,16 @@ pub(super) enum Act {
     Mode,
     /// Up to operation enabled, from whatever state.
     Enable,
+    /// Comes to rest if this client turns it with a velocity.
+    Halt,
+    /// Comes to rest if this client inches it.
+    EndInching,
     /// 607Ah.
     Target,
+    /// The velocity of the goal.
+    Velocity,
+    /// The control word of the goal.
+    Inch,
     /// 6040h.
     Word(u16),
     /// Writes a [`Kept`] entry as it was.
@@ -112,7 +121,15 @@ const PREPARE: &[Row] = &[
 
 const STAND: &[Row] = &[act(Act::Enable)];
 
+/// No velocity any more: another mode can be chosen. A drive that does not say so gets the time for it.
+const REST: Row = Step::new(Act::Halt, &[Bits::set(Statusword::TARGET_REACHED.0)], Or::GoOn);
+
+/// No inching any more; it is of the AG03/1, whose bit 15 says that it travels.
+const INCHED: Row = Step::new(Act::EndInching, &[Bits::clear(1 << 15)], Or::GoOn);
+
 const MOVE: &[Row] = &[
+    REST,
+    INCHED,
     act(Act::Mode),
     act(Act::Enable),
     act(Act::Target),
@@ -121,10 +138,28 @@ const MOVE: &[Row] = &[
 ];
 
 const HOME: &[Row] = &[
+    REST,
+    INCHED,
     act(Act::Mode),
     act(Act::Enable),
     Step::new(Act::Word(START), &[ATTAINED], Or::NotReached).keeping(ENABLED.and(NO_HOMING_ERROR)).moving(),
 ];
+
+/// A falling edge of "halt" starts it; some drives wait for the edge.
+const TURN: &[Row] = &[
+    REST,
+    INCHED,
+    act(Act::Mode),
+    act(Act::Enable),
+    act(Act::Velocity),
+    act(Act::Word(HALT)),
+    Step::new(Act::Word(ENABLE), &[Bits::set(Statusword::TARGET_REACHED.0)], Or::NotReached)
+        .keeping(ENABLED)
+        .moving(),
+];
+
+const INCH: &[Row] =
+    &[REST, INCHED, act(Act::Mode), act(Act::Enable), act(Act::Word(ENABLE)), act(Act::Inch)];
 
 const ACKNOWLEDGE: &[Row] = &[
     act(Act::Start),
@@ -150,6 +185,8 @@ impl NodeGoal {
             Self::Enable => Course::and_then(PREPARE, STAND),
             Self::MoveTo(_) => Course::and_then(PREPARE, MOVE),
             Self::Home => Course::and_then(PREPARE, HOME),
+            Self::Turn { .. } => Course::and_then(PREPARE, TURN),
+            Self::Inch { .. } => Course::and_then(PREPARE, INCH),
             Self::Acknowledge => Course::new(ACKNOWLEDGE),
             Self::Stop => Course::new(STOP),
             Self::Leave => Course::new(LEAVE),
@@ -160,9 +197,13 @@ impl NodeGoal {
     pub(super) const fn mode(self) -> Mode {
         match self {
             Self::Home => Mode::Homing,
-            Self::Enable | Self::MoveTo(_) | Self::Acknowledge | Self::Stop | Self::Leave => {
-                Mode::ProfilePosition
-            }
+            Self::Turn { mode, .. } => mode,
+            Self::Enable
+            | Self::MoveTo(_)
+            | Self::Inch { .. }
+            | Self::Acknowledge
+            | Self::Stop
+            | Self::Leave => Mode::ProfilePosition,
         }
     }
 
@@ -170,7 +211,35 @@ impl NodeGoal {
     pub(super) const fn target(self) -> i32 {
         match self {
             Self::MoveTo(target) => target,
-            Self::Enable | Self::Home | Self::Acknowledge | Self::Stop | Self::Leave => 0,
+            Self::Enable
+            | Self::Home
+            | Self::Turn { .. }
+            | Self::Inch { .. }
+            | Self::Acknowledge
+            | Self::Stop
+            | Self::Leave => 0,
+        }
+    }
+
+    /// The control word by which it inches.
+    pub(super) const fn word(self) -> u16 {
+        match self {
+            Self::Inch { word } => word,
+            Self::Enable
+            | Self::MoveTo(_)
+            | Self::Home
+            | Self::Turn { .. }
+            | Self::Acknowledge
+            | Self::Stop
+            | Self::Leave => ENABLE,
+        }
+    }
+
+    /// Whether its mode is asked for by its name; a travel leaves another mode to whoever chose it.
+    pub(super) const fn chooses_mode(self) -> bool {
+        match self {
+            Self::Home | Self::Turn { .. } | Self::Inch { .. } => true,
+            Self::Enable | Self::MoveTo(_) | Self::Acknowledge | Self::Stop | Self::Leave => false,
         }
     }
 }

@@ -5,7 +5,7 @@ use core::time::Duration;
 use thiserror::Error;
 
 use crate::can_bus::canopen::{Abort, Address};
-use crate::can_bus::cia402::State;
+use crate::can_bus::cia402::{Mode, State};
 
 /// How long what may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,6 +41,20 @@ pub enum NodeGoal {
     MoveTo(i32),
     /// Homed by the method in 6098h; the mode is put back by [`Leave`](Self::Leave).
     Home,
+    /// Turning with this velocity until something else is asked; the mode is put back by [`Leave`](Self::Leave).
+    Turn {
+        /// 6060h of it.
+        mode: Mode,
+        /// The entry of the velocity: 60FFh, or 6042h with 16 bits.
+        target: Address,
+        /// In the unit of that entry.
+        velocity: i32,
+    },
+    /// Inching until something else is asked, in mode 1; the mode is put back by [`Leave`](Self::Leave).
+    Inch {
+        /// The control word by which the device inches.
+        word: u16,
+    },
     /// No fault: it is acknowledged.
     Acknowledge,
     /// Quick stop, standing, then without torque.

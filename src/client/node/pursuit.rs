@@ -1,9 +1,9 @@
 //! A goal under way: each step with its SDO, its NMT command, its status words.
 
-use super::course::{Act, ENABLE, Kept, MODE, Or, SHUTDOWN, STATUSWORD, SWITCH_ON, TARGET};
+use super::course::{Act, ENABLE, HALT, Kept, MODE, Or, SHUTDOWN, STATUSWORD, SWITCH_ON, TARGET};
 use super::{LOOK, NodeClient, NodeGoal, NodeOutcome, NodeTrouble, Pursuit, Task};
-use crate::can_bus::canopen::{Abort, NmtState};
-use crate::can_bus::cia402::{State, Statusword};
+use crate::can_bus::canopen::{Abort, Address, NmtState};
+use crate::can_bus::cia402::{Mode, State, Statusword};
 use crate::client::course::{Shown, Time};
 use crate::time::Instant;
 
@@ -17,6 +17,8 @@ pub(super) struct Before {
     reading: [u16; 3],
     /// 6060h, if this client changed it.
     mode: Option<i8>,
+    /// The mode in which this client turns it without a target.
+    pub(super) turns: Option<i8>,
     /// The NMT state, if this client started the node.
     pub(super) nmt: Option<NmtState>,
 }
@@ -24,6 +26,10 @@ pub(super) struct Before {
 /// The life time factor: so many guard times.
 const FACTOR: u8 = 2;
 const NO_MODE: i8 = 0;
+/// The mode of inching.
+const INCHING: i8 = Mode::ProfilePosition.code();
+/// vl target velocity, of 16 bits.
+const VL_TARGET: Address = Address::new(0x6042, 0);
 
 impl Before {
     fn keep(&mut self, kept: Kept, value: u16) {
@@ -61,8 +67,31 @@ impl NodeClient {
             }
             Act::Mode => self.ask(now, MODE),
             Act::Enable => self.look_at = Some(now.saturating_add(LOOK)),
+            Act::Halt => match self.before.turns {
+                // From velocity to velocity it does not stand.
+                Some(mode) if mode != INCHING && pursuit.goal.mode().code() != mode => {
+                    self.before.turns = None;
+                    self.control(now, HALT);
+                }
+                Some(_) | None => self.step(now, pursuit.next()),
+            },
+            Act::EndInching if self.before.turns == Some(INCHING) => {
+                self.before.turns = None;
+                self.control(now, ENABLE);
+            }
+            Act::EndInching => self.step(now, pursuit.next()),
+            Act::Velocity => self.velocity(now, pursuit.goal),
+            Act::Inch => {
+                self.before.turns = Some(INCHING);
+                self.control(now, pursuit.goal.word());
+            }
             Act::Target => self.put(now, TARGET, &pursuit.goal.target().to_le_bytes()),
-            Act::Word(word) => self.control(now, word),
+            Act::Word(word) => {
+                if word & ENABLE != ENABLE {
+                    self.before.turns = None;
+                }
+                self.control(now, word);
+            }
             Act::PutBack(kept) => match self.before.guarding {
                 Some(before) => self.put_kept(now, kept, before),
                 None => self.step(now, pursuit.next()),
@@ -79,6 +108,15 @@ impl NodeClient {
                 self.before = Before::default();
                 self.step(now, pursuit.next());
             }
+        }
+    }
+
+    fn velocity(&mut self, now: Instant, goal: NodeGoal) {
+        let NodeGoal::Turn { mode, target, velocity } = goal else { return };
+        self.before.turns = Some(mode.code());
+        match i16::try_from(velocity) {
+            Ok(velocity) if target == VL_TARGET => self.put(now, target, &velocity.to_le_bytes()),
+            Ok(_) | Err(_) => self.put(now, target, &velocity.to_le_bytes()),
         }
     }
 
@@ -121,7 +159,11 @@ impl NodeClient {
             Act::Start
             | Act::Guard(_)
             | Act::Ask
+            | Act::Halt
+            | Act::EndInching
             | Act::Target
+            | Act::Velocity
+            | Act::Inch
             | Act::Word(_)
             | Act::PutBack(_)
             | Act::ModeBack
@@ -129,16 +171,16 @@ impl NodeClient {
         }
     }
 
-    /// 6060h was read. A travel leaves another mode to whoever chose it; a homing is asked for by its name.
+    /// 6060h was read. A travel leaves another mode to whoever chose it, unless that was this client.
     fn mode_read(&mut self, now: Instant, pursuit: Pursuit, mode: i8) {
         let wanted = pursuit.goal.mode().code();
-        let homes = pursuit.goal == NodeGoal::Home;
+        let chooses = pursuit.goal.chooses_mode();
         if mode == wanted {
             self.step(now, pursuit.next());
-        } else if mode != NO_MODE && !homes {
+        } else if mode != NO_MODE && !chooses && self.before.mode.is_none() {
             self.fail(NodeTrouble::Mode { mode });
         } else {
-            if homes {
+            if chooses {
                 self.before.mode.get_or_insert(mode);
             }
             self.put(now, MODE, &wanted.to_le_bytes());
@@ -149,6 +191,7 @@ impl NodeClient {
     pub(super) fn look(&mut self, now: Instant, pursuit: Pursuit) {
         match pursuit.course.step() {
             Some(step) if step.act == Act::Start => self.start(now, pursuit),
+            Some(step) if step.act == Act::Mode => self.ask(now, MODE),
             Some(_) | None => self.ask(now, STATUSWORD),
         }
     }
@@ -220,6 +263,10 @@ impl NodeClient {
         let is_absent = matches!(trouble, NodeTrouble::Refused { code: Abort::NO_OBJECT, .. });
         let device_state = matches!(trouble, NodeTrouble::Refused { code: Abort::DEVICE_STATE, .. });
         match (pursuit.goal, act) {
+            // A drive that still runs down takes the mode a little later.
+            (_, Some(Act::Mode)) if device_state && now < self.due => {
+                self.look_at = Some(now.saturating_add(LOOK));
+            }
             // What could not be put back does not keep from the rest.
             (NodeGoal::Leave, _)
             // A device without heartbeats goes without.

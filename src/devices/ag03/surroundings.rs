@@ -7,7 +7,7 @@ use super::param::Model;
 use super::unit::{Power, Unit};
 use crate::can_bus::canopen::Address;
 use crate::face::surroundings::{Declined, Face, Glow, Input, InputKind, Level, Provocable, Surroundings};
-use crate::face::{DriveState, Why};
+use crate::face::{DriveState, Turning, Why};
 use crate::time::Instant;
 
 /// The unit behind a bus: what differs there.
@@ -33,6 +33,11 @@ pub(crate) trait BehindBus: Why + 'static {
     /// On CANopen the entries that are words of bits.
     fn word_entries(&self) -> &'static [Address] {
         &[]
+    }
+
+    /// On CANopen how a master turns it with a velocity, and inches.
+    fn turning_on_bus(&self) -> Option<Turning> {
+        None
     }
 
     /// The mode as the words of the bus count it.
@@ -122,6 +127,10 @@ impl<T: BehindBus> Surroundings for T {
 
     fn mode(&self) -> i64 {
         self.mode_on_bus()
+    }
+
+    fn turning(&self) -> Option<Turning> {
+        self.turning_on_bus()
     }
 
     fn is_drive(&self) -> bool {

@@ -13,7 +13,7 @@ use crate::can_bus::cia402::Mode;
 use crate::devices::cia402_drive::{Actual, Drive, Fault};
 use crate::face::description::{self, Amount, Curve, Description, Group};
 use crate::face::surroundings::{Declined, Input, Level, Provocable, Surroundings};
-use crate::face::{AnyDeviceEvent, DriveState, Why};
+use crate::face::{AnyDeviceEvent, DriveState, Turning, Why};
 use crate::time::Instant;
 
 impl FromEds {
@@ -164,6 +164,25 @@ impl Surroundings for FromEds {
 
     fn words(&self) -> &'static [Address] {
         &self.dictionary.words
+    }
+
+    fn turning(&self) -> Option<Turning> {
+        let offered = [(Mode::ProfileVelocity, 0x60FF), (Mode::Velocity, 0x6042)];
+        let drive = self.drive()?;
+        offered.into_iter().find_map(|(mode, index)| {
+            let target = Address::new(index, 0);
+            let row = self.dictionary.rows.get(self.dictionary.place(target)?)?;
+            let (low, high) = row.table.data.range()?;
+            let bound = |bound: i64| i32::try_from(bound).ok();
+            let range = (bound(low)?, bound(high)?);
+            drive.offers(mode.code().into()).then_some(Turning {
+                mode,
+                target,
+                unit: "",
+                range,
+                inching: None,
+            })
+        })
     }
 
     fn is_drive(&self) -> bool {

@@ -74,7 +74,7 @@ impl Commanded {
                 let profile = Profile { images: Images::Consistent, ..Profile::PROFIDRIVE };
                 Client::Speed(Box::new(PpoClient::new(kind, profile, PpoLimits::default())))
             }
-            (Operation::Speed | Operation::Octets | Operation::Cia402 | Operation::Objects, _) => {
+            (Operation::Speed | Operation::Octets | Operation::Cia402 { .. } | Operation::Objects, _) => {
                 Client::Octets(vec![0; startup.lengths().outputs.into()])
             }
         };
@@ -133,6 +133,8 @@ impl Commanded {
                     Verb::JogNegative => Goal::Jog(Direction::Negative),
                     Verb::Velocity => Goal::Velocity(value),
                     Verb::Speed
+                    | Verb::Turn(..)
+                    | Verb::Inch(_)
                     | Verb::Home
                     | Verb::NmtStart
                     | Verb::NmtStop
@@ -153,6 +155,8 @@ impl Commanded {
                     | Verb::JogPositive
                     | Verb::JogNegative
                     | Verb::Velocity
+                    | Verb::Turn(..)
+                    | Verb::Inch(_)
                     | Verb::Home
                     | Verb::NmtStart
                     | Verb::NmtStop

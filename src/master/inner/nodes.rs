@@ -266,6 +266,8 @@ const fn goal(verb: Verb, value: i32) -> Result<NodeGoal, Option<Command>> {
         Verb::Stop => return Ok(NodeGoal::Stop),
         Verb::Move => return Ok(NodeGoal::MoveTo(value)),
         Verb::Home => return Ok(NodeGoal::Home),
+        Verb::Turn(mode, target) => return Ok(NodeGoal::Turn { mode, target, velocity: value }),
+        Verb::Inch(word) => return Ok(NodeGoal::Inch { word }),
         Verb::NmtStart => Command::Enter(NmtState::Operational),
         Verb::NmtStop => Command::Enter(NmtState::Stopped),
         Verb::NmtPreOperational => Command::Enter(NmtState::PreOperational),

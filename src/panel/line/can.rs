@@ -23,6 +23,8 @@ use crate::time::{BaudRate, Instant};
 
 /// The control word of CiA 402.
 const CONTROL_WORD: Index = Index(0x6040);
+/// What a drive has that can be homed.
+const HOMING_METHOD: Index = Index(0x6098);
 
 /// Nodes of a bus at most, twins included.
 const MOST_NODES: usize = 254;
@@ -261,8 +263,14 @@ impl OnLine for NodeAccess<'_> {
 
     fn operation(&self, address: u8) -> Option<(Operation, Option<Startup>)> {
         let (_, device) = self.device(address)?;
-        let has_control_word = objects::object(device.application().objects(), CONTROL_WORD).is_some();
-        Some((if has_control_word { Operation::Cia402 } else { Operation::Objects }, None))
+        let known = device.application().objects();
+        let operation = if objects::object(known, CONTROL_WORD).is_some() {
+            let homes = objects::object(known, HOMING_METHOD).is_some();
+            Operation::Cia402 { homes, turning: device.description().turning() }
+        } else {
+            Operation::Objects
+        };
+        Some((operation, None))
     }
 
     fn words(&self, address: u8) -> Option<&'static Vocabulary> {

@@ -2,16 +2,19 @@
 
 use super::{Ag03Node, BLINK, STOPPED_DARK};
 use crate::can_bus::canopen::{Address, NmtState};
+use crate::can_bus::cia402;
 use crate::devices::ag03::drive::{Inputs, Mode};
 use crate::devices::ag03::param::Model;
 use crate::devices::ag03::surroundings::BehindBus;
 use crate::devices::ag03::unit::{Power, Unit};
-use crate::face::DriveState;
 use crate::face::surroundings::Glow;
+use crate::face::{DriveState, Turning};
 use crate::time::Instant;
 
 const CONTROL_WORD: Address = Address::new(0x6040, 0);
 const STATUS_WORD: Address = Address::new(0x6041, 0);
+/// Inching 2 in positive and in negative direction, operation enabled.
+const INCHING_2: [u16; 2] = [0x400F, 0x800F];
 
 impl BehindBus for Ag03Node {
     const BOTH_MODELS: bool = false;
@@ -46,6 +49,17 @@ impl BehindBus for Ag03Node {
 
     fn word_entries(&self) -> &'static [Address] {
         &[CONTROL_WORD, STATUS_WORD]
+    }
+
+    fn turning_on_bus(&self) -> Option<Turning> {
+        let most = self.unit().drive().maximum_rpm();
+        Some(Turning {
+            mode: cia402::Mode::Velocity,
+            target: Address::new(0x60FF, 0),
+            unit: "rpm",
+            range: (-most, most),
+            inching: Some(INCHING_2),
+        })
     }
 
     fn mode_on_bus(&self) -> i64 {

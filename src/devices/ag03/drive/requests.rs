@@ -354,7 +354,7 @@ impl Drive {
     }
 
     /// Manual chapter 6, nos. 5, 9, 24.
-    fn maximum_rpm(&self) -> i32 {
+    pub(crate) fn maximum_rpm(&self) -> i32 {
         self.gear.max_rpm().into()
     }
 
