@@ -107,6 +107,30 @@ test("the five-digit panel of an ASDA-A2, its alarm and the blocked shaft", asyn
   });
 });
 
+test("the keys of an ASDA-A2 walk through its parameters, and what SET writes is in the dictionary", async () => {
+  await onStage({ drives: NODES, master: false, page: { view: "#station/7" } }, async ({ page }) => {
+    const lcd = "#device .lcd p";
+    await text(page, lcd, /^ *0$/);
+    const press = async (keys, shown) => {
+      for (const key of keys.split(" ")) await page.locator(`#device [data-key=${key}]`).click();
+      await text(page, lcd, shown);
+    };
+    await press("mode", /^P0-00$/);
+    await press("shift shift shift", /^P3-00$/);
+    await press("up", /^P3-01$/);
+    await press("down set", /^ 0007$/);
+    await press("up shift up", /^ 0018$/);
+    await text(page, "#device .signs", "digit 2");
+    await press("set", /^SAVEd|P3-00$/);
+    await text(page, lcd, /^P3-00$/);
+    await text(page, "#objects tr[data-key='2300:00']", "24");
+    await press("set shift shift up set", /^Out-r|P3-00$/);
+    await page.locator("#device [data-key=mode]").focus();
+    await page.keyboard.press("Enter");
+    await text(page, lcd, /^ *0$/);
+  });
+});
+
 test("the bus has its counters, faults on purpose, and nodes that come and go", async () => {
   await onStage({ drives: NODES, master: false, refusals: true, page: { view: "#bus" } }, async ({ page }) => {
     await text(page, "#counters", "500 kbit/s");

@@ -19,11 +19,13 @@
 //! | `servo` beside it | load, plant, profiles, set-points, homing of any servo drive |
 //! | `machine` | states, alarms and what they do to the motion |
 //! | `motion` | what each mode demands in a step |
+//! | `keypad` | the keys and digits of the front |
 //! | [`status`] | statusword and actual values |
 
 pub(crate) mod alarm;
 pub mod canopen;
 mod interpolation;
+mod keypad;
 mod machine;
 mod motion;
 mod on_canopen;

@@ -120,9 +120,17 @@ class Key {
   #held = false;
   #timer = 0;
   #press;
+  #sent = Promise.resolve();
+  /** Requests that are not answered yet. */
+  #waiting = 0;
 
   constructor(key, ask) {
-    this.#press = (pressed) => ask("POST", "/keys", pressed ? { key, pressed, lease_milliseconds: LEASE_MS } : { key, pressed });
+    // One after the other: a release that overtakes its press would leave the key down.
+    this.#press = (pressed) => {
+      const send = () => ask("POST", "/keys", pressed ? { key, pressed, lease_milliseconds: LEASE_MS } : { key, pressed });
+      this.#waiting += 1;
+      this.#sent = this.#sent.then(send).finally(() => (this.#waiting -= 1));
+    };
     const typed = (event, pressed) => {
       if (event.key !== " " && event.key !== "Enter") return;
       event.preventDefault();
@@ -159,7 +167,7 @@ class Key {
     clearInterval(this.#timer);
     mark(this.element, "aria-pressed", held);
     this.#press(held);
-    if (held) this.#timer = setInterval(() => this.#press(true), RENEW_MS);
+    if (held) this.#timer = setInterval(() => this.#waiting === 0 && this.#press(true), RENEW_MS);
   }
 }
 

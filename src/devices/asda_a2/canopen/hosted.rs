@@ -5,6 +5,7 @@ use super::application::RATES;
 use crate::can_bus::can::{ErrorState, Frame};
 use crate::can_bus::canopen::{Address, Application, Node, Refusal};
 use crate::devices::asda_a2::Alarm;
+use crate::devices::asda_a2::keypad::Keypad;
 use crate::devices::{CanopenDevice, CanopenEvent};
 #[cfg(feature = "std")]
 use crate::face::AnyDeviceEvent;
@@ -51,6 +52,7 @@ impl CanopenDevice for AsdaA2 {
 
     fn power_on(&mut self, now: Instant) {
         self.drive.servo.advance(now);
+        self.keypad = Keypad::default();
         self.node.power_on(now, &mut self.drive);
     }
 

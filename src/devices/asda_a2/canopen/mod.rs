@@ -11,6 +11,7 @@
 //! | `objects` | the object dictionary of both levels |
 //! | `links` | which setting of the drive an object is |
 //! | `application` | reads, writes, what the bus does to the drive |
+//! | `front` | the keys, behind which are the parameters |
 //! | `hosted` | what a host asks of any device on CANopen |
 //! | `story` | what `profidrive demo` plays |
 //! | `surroundings` | what surrounds it and what is seen of it |
@@ -19,6 +20,7 @@
 
 mod application;
 mod description;
+mod front;
 mod hosted;
 mod links;
 mod objects;
@@ -40,6 +42,7 @@ use crate::can_bus::can::{Frame, Id};
 use crate::can_bus::canopen::node::storage::Eeprom;
 use crate::can_bus::canopen::{Node, Object, cob_id};
 use crate::can_bus::cia402::Statusword;
+use crate::devices::asda_a2::keypad::Keypad;
 use crate::devices::asda_a2::{Alarm, Inputs, Servo};
 use crate::time::Instant;
 use application::Drive;
@@ -57,6 +60,7 @@ const MAX_WATCHED: usize = 8;
 pub struct AsdaA2 {
     node: Node,
     drive: Drive,
+    keypad: Keypad,
     quirks: Quirks,
     /// When the identifiers were seen last.
     seen: heapless::Vec<(Id, Instant), MAX_WATCHED>,
@@ -70,6 +74,7 @@ impl AsdaA2 {
         Self {
             node: Node::new(quirks.policy()),
             drive: Drive::new(config, !quirks.other_parameters_absent, now),
+            keypad: Keypad::default(),
             quirks,
             seen: heapless::Vec::new(),
         }

@@ -3,13 +3,20 @@
 use super::AsdaA2;
 use crate::can_bus::canopen::Address;
 use crate::can_bus::cia402::Mode;
+use crate::devices::asda_a2::keypad::{Key, Seen};
 use crate::devices::asda_a2::{Alarm, Inputs};
 use crate::face::surroundings::{Declined, Face, Input, Level, Provocable, Surroundings};
-use crate::face::{DriveState, Why};
+use crate::face::{DriveState, Turning, Why};
 use crate::time::Instant;
 
 const CONTROLWORD: Address = Address::new(0x6040, 0);
 const STATUSWORD: Address = Address::new(0x6041, 0);
+
+/// The digit of a value that the keys change, from the right.
+const DIGITS: [&str; 10] = [
+    "digit 1", "digit 2", "digit 3", "digit 4", "digit 5", "digit 6", "digit 7", "digit 8", "digit 9",
+    "digit 10",
+];
 
 impl Surroundings for AsdaA2 {
     fn each_fault(&self, tell: &mut dyn FnMut(Provocable<'_>)) {
@@ -58,13 +65,27 @@ impl Surroundings for AsdaA2 {
         self.set_inputs(now, Inputs { switches: self.inputs().switches, ..Inputs::NOMINAL });
     }
 
-    fn face(&self, _now: Instant) -> Face {
-        use core::fmt::Write;
-        let mut digits = heapless::String::<8>::new();
-        if self.node.state().is_some() {
-            let _ = write!(digits, "{}", self.servo().panel());
+    fn each_key(&self, tell: &mut dyn FnMut(&'static str, bool)) {
+        for key in Key::ALL {
+            tell(key.name(), self.keypad.is_held(key));
         }
-        Face::default().row(&digits, false)
+    }
+
+    fn press(&mut self, now: Instant, key: &str, down: bool) -> Result<(), Declined> {
+        let key = Key::from_name(key).ok_or(Declined::Unknown)?;
+        match (down, self.node.state()) {
+            (false, _) => self.keypad.release(key),
+            (true, None) => return Err(Declined::SwitchedOff),
+            (true, Some(_)) => self.press_key(now, key),
+        }
+        Ok(())
+    }
+
+    fn face(&self, now: Instant) -> Face {
+        let Seen { text, negative, digit } = self.seen(now);
+        let digit = digit.and_then(|digit| DIGITS.get(usize::from(digit)));
+        let face = Face::default().row(&text, false).sign("below zero (points lit)", negative);
+        digit.into_iter().fold(face, |face, digit| face.sign(digit, true))
     }
 
     fn words(&self) -> &'static [Address] {
@@ -73,6 +94,11 @@ impl Surroundings for AsdaA2 {
 
     fn mode(&self) -> i64 {
         self.servo().mode().map_or(0, Mode::code).into()
+    }
+
+    fn turning(&self) -> Option<Turning> {
+        let (mode, target) = (Mode::ProfileVelocity, Address::new(0x60FF, 0));
+        Some(Turning { mode, target, unit: "0.1 rpm", range: (i32::MIN, i32::MAX), inching: None })
     }
 
     fn is_drive(&self) -> bool {
