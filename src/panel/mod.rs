@@ -244,6 +244,13 @@ impl Panel {
         self.feed.hint(now, hint);
     }
 
+    /// What tells those who read the stream of trouble in the program itself. Never waits.
+    #[cfg(feature = "cli")]
+    pub(crate) fn warner(&self) -> impl Fn(Instant, String) + Send + use<> {
+        let feed = self.feed.clone();
+        move |now, text| feed.warn(now, text)
+    }
+
     /// Who watches telegrams now, for [`Tap::only_for`](crate::host::link::tap::Tap::only_for).
     pub fn watchers(&self) -> Watchers {
         self.feed.watchers().clone()

@@ -11,6 +11,7 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
+use crate::panel::Emulator as PanelEmulator;
 use crate::patience::PATIENCE;
 use crate::process::end_of;
 use profidrive::devices::ag03::param::{Model, parameters};
@@ -19,6 +20,7 @@ use profidrive::host::link::tap::Direction;
 use profidrive::profibus::fdl::{FrameCount, FunctionCode, Service};
 use profidrive::profibus::pkw::ErrorNumber;
 use profidrive::profibus::ppo::{Ind, JobId, Pke, Pkw};
+use serde_json::json;
 
 use crate::pty::Master;
 use crate::telegrams;
@@ -250,5 +252,35 @@ fn the_dissector_knows_every_parameter_and_every_error_number() {
     for &error in ErrorNumber::ALL {
         let row = format!("[{}] = \"{}\"", error.number(), error.text());
         assert!(lua.contains(&row), "no {row}");
+    }
+}
+
+#[test]
+fn a_capture_that_cannot_be_written_is_told_where_people_look() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, link, options) in
+        [("dp", "tcp:127.0.0.1:0", ["--drive", "5"]), ("can", "slcan-tcp:127.0.0.1:0", ["--node", "5"])]
+    {
+        let file = format!("{}/{name}.pcapng", folder.path().display());
+        let arguments = [&["--link", link, "--bench", "--capture", &file][..], &options].concat();
+        let emulator = PanelEmulator::with_small_files(8, &arguments);
+        emulator.set("POST", "/api/v1/stations/5/master", &json!({"act": "enable"}));
+        let begun = std::time::Instant::now();
+        let told = loop {
+            let events = emulator.get("/api/v1/events/recent")["events"].clone();
+            let told = events
+                .as_array()
+                .unwrap()
+                .iter()
+                .find(|event| event["text"].to_string().contains("ends here"))
+                .cloned();
+            if let Some(told) = told {
+                break told;
+            }
+            assert!(begun.elapsed() < PATIENCE, "{name}: {events}");
+        };
+        assert_eq!((told["class"].as_str(), told["line"].as_str()), (Some("fault"), Some("line")), "{told}");
+        assert!(told["text"].as_str().unwrap().contains("too large"), "{told}");
+        assert!(std::fs::metadata(&file).unwrap().len() > 0);
     }
 }

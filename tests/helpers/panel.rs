@@ -61,6 +61,14 @@ impl Emulator {
         Self::command(&[&["try", "--no-browser"], arguments].concat(), Stdio::null())
     }
 
+    /// As [`with`](Self::with), where no file can have more than so many units of 512 octets.
+    pub(crate) fn with_small_files(units: u32, arguments: &[&str]) -> Self {
+        let limit = format!("trap '' XFSZ; ulimit -f {units}; exec \"$0\" \"$@\"");
+        let mut shell = Command::new("sh");
+        shell.args(["-c", &limit, env!("CARGO_BIN_EXE_profidrive"), "emulate", "--panel", "127.0.0.1:0"]);
+        Self::spawn(shell, arguments, Stdio::null())
+    }
+
     fn run(arguments: &[&str]) -> Self {
         Self::run_with(arguments, Stdio::null())
     }
@@ -70,7 +78,11 @@ impl Emulator {
     }
 
     fn command(arguments: &[&str], log: Stdio) -> Self {
-        let mut process = Command::new(env!("CARGO_BIN_EXE_profidrive"))
+        Self::spawn(Command::new(env!("CARGO_BIN_EXE_profidrive")), arguments, log)
+    }
+
+    fn spawn(mut program: Command, arguments: &[&str], log: Stdio) -> Self {
+        let mut process = program
             .args(arguments)
             .env_remove("RUST_LOG")
             .env("NO_COLOR", "1")

@@ -166,7 +166,12 @@ fn tell(
     panel: Option<&Panel>,
     now: Instant,
 ) {
-    capture.take(&news);
+    if let Some(trouble) = capture.take(&news) {
+        warn!("{trouble}");
+        if let Some(panel) = panel {
+            panel.warner()(now, trouble);
+        }
+    }
     capture.remark(&news, nodes);
     if let (Some(panel), News::Bus(event)) = (panel, &news) {
         panel.tell_can(now, event);
@@ -409,11 +414,12 @@ impl Recorder {
         }
     }
 
-    fn take(&mut self, news: &News<CanopenEvent>) {
-        let (Some((capture, file)), News::Bus(event)) = (&mut self.capture, news) else { return };
-        if let Err(error) = capture.write_can(event) {
-            warn!("the capture {} ends here, the nodes go on: {error}", file.display());
-            self.capture = None;
-        }
+    /// What happens; why the capture ends, if it does.
+    fn take(&mut self, news: &News<CanopenEvent>) -> Option<String> {
+        let (Some((capture, file)), News::Bus(event)) = (&mut self.capture, news) else { return None };
+        let error = capture.write_can(event).err()?;
+        let told = format!("the capture {} ends here, the nodes go on: {error}", file.display());
+        self.capture = None;
+        Some(told)
     }
 }

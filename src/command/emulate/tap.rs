@@ -4,7 +4,7 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 
 use crate::host::capture::{Capture, Interface};
 use crate::host::link::tap::{Batch, Tap};
-use crate::host::{BusEvent, Link, SystemClock};
+use crate::host::{BusEvent, Clock, Link, SystemClock};
 use crate::panel::Panel;
 use crate::profibus::fdl::Address;
 use tracing::{info, warn};
@@ -27,6 +27,7 @@ pub(super) fn tapped(
     let (remarks, waiting) = sync_channel::<String>(REMARKS);
     let remarks = Remarks(capture.is_some().then_some(remarks));
     let mut stream = panel.map(Panel::observer);
+    let trouble = panel.map(Panel::warner);
     if capture.is_none() && stream.is_none() {
         return Ok((link, remarks));
     }
@@ -37,7 +38,11 @@ pub(super) fn tapped(
             waiting.try_iter().for_each(|text| capture.remark(&text));
         }
         if let Some(Err(error)) = capture.as_mut().map(|capture| capture.write(batch)) {
-            warn!("the capture ends here, the drives go on: {error}");
+            let told = format!("the capture ends here, the drives go on: {error}");
+            warn!("{told}");
+            if let Some(tell) = &trouble {
+                tell(clock.now(), told);
+            }
             capture = None;
         }
         if let Some(stream) = &mut stream {

@@ -138,6 +138,8 @@ impl Told {
             ) => Some(address.number()),
             Self::Node(address, _) | Self::State(address, _) | Self::Tuned(address, _) => *address,
             Self::Line(..) | Self::Hint(_) | Self::Lost(_) => None,
+            #[cfg(feature = "cli")]
+            Self::Trouble(_) => None,
         }
     }
 
@@ -147,6 +149,8 @@ impl Told {
             Self::Node(_, event) => (event.kind(), event.is_detail()),
             Self::Hint(_) => (EventKind::Hint, false),
             Self::State(..) | Self::Tuned(..) | Self::Lost(_) => (EventKind::Line, false),
+            #[cfg(feature = "cli")]
+            Self::Trouble(_) => (EventKind::Fault, false),
         }
     }
 
@@ -158,6 +162,8 @@ impl Told {
             Self::State(_, state) => state.to_string(),
             Self::Tuned(_, tuned) => tuned.to_string(),
             Self::Hint(hint) => hint.to_string(),
+            #[cfg(feature = "cli")]
+            Self::Trouble(text) => text.clone(),
             Self::Lost(events) => format!("{events} events were too many for the log and are lost"),
         }
     }
@@ -187,6 +193,8 @@ impl Told {
             | Self::Tuned(..)
             | Self::Hint(_)
             | Self::Lost(_) => self.text(),
+            #[cfg(feature = "cli")]
+            Self::Trouble(_) => self.text(),
         };
         let refusal = LastRefusal { time_seconds: seconds(at), text, reasons: self.reasons(), of_slave };
         Some((self.address()?, refusal))

@@ -55,6 +55,9 @@ pub(super) enum Told {
     Hint(BusHint),
     /// So many events of a bus of CAN were too many.
     Lost(u64),
+    /// In the program itself, to its line.
+    #[cfg(feature = "cli")]
+    Trouble(String),
 }
 
 /// What both ends know.
@@ -108,6 +111,11 @@ impl Feed {
 
     pub(in crate::panel) fn hint(&self, now: Instant, hint: BusHint) {
         self.news(now, Told::Hint(hint));
+    }
+
+    #[cfg(feature = "cli")]
+    pub(in crate::panel) fn warn(&self, now: Instant, text: String) {
+        self.news(now, Told::Trouble(text));
     }
 
     /// What happens on a bus of CAN; frames only while somebody watches.
