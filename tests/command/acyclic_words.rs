@@ -30,6 +30,8 @@ const EVENTS: [&str; 11] = [
 /// Records, identification, an alarm and a connection; as many connections as there are, and one more.
 fn work(emulator: &Emulator, master: &mut RawMaster) {
     master.ms1(7, &[0x5E, 1, 10, 240]);
+    // Base mode parameter access to a station without parameters.
+    master.ms1(7, &[0x5F, 0, 47, 10, 1, 1, 0, 1, 0x10, 1, 0x03, 0xA2, 0, 0]);
     master.ms1(7, &[0x5F, 1, 10, 4, 9, 8, 7, 6]);
     master.ms1(7, &[0x5E, 1, 99, 240]);
     master.ms1(7, &[0x5F, 0, 255, 4, 8, 0, 0xFD, 0xE8]);
@@ -125,6 +127,7 @@ fn records_alarms_and_connections_have_the_same_words_everywhere() {
     assert!(pairs.is_empty() && words.len() == alone.len(), "{pairs:#?}");
     for sentence in [
         "Read record 10 of slot 1",
+        "Write record 47 (parameters of a drive) of slot 0, request 1: reads PNU 930",
         "record 10 of slot 1: 09 08 07 06",
         "Read of record 99 of slot 1 refused: access, invalid index (80 B0 00)",
         "took the acknowledgement of the process alarm of slot 1 appears, number 0",

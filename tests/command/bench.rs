@@ -7,10 +7,10 @@ use serde_json::{Value, json};
 use crate::emulator::{output, profidrive};
 use crate::panel::{Emulator, PATIENCE};
 
-const MASTER: &str = "/api/v1/stations/5/master";
+pub(super) const MASTER: &str = "/api/v1/stations/5/master";
 
 /// Asks for something and waits until it is over: whether it went well, and what was said.
-fn ask(emulator: &Emulator, order: &Value) -> (bool, String) {
+pub(super) fn ask(emulator: &Emulator, order: &Value) -> (bool, String) {
     let mut state = emulator.set("POST", MASTER, order);
     let begun = Instant::now();
     while !state["doing"].is_null() {

@@ -95,4 +95,6 @@ mod state_dir;
 #[cfg(target_os = "linux")]
 mod stations;
 #[cfg(target_os = "linux")]
+mod try_devices;
+#[cfg(target_os = "linux")]
 mod what_it_says;
