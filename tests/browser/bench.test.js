@@ -108,6 +108,14 @@ for (const options of [["asda-a2"], ["ag03-1", "--canopen"]]) {
       await form.getByLabel("Parameter over the bus").fill("6064");
       await form.getByRole("button", { name: "Read" }).click();
       await text(page, "#master-doing", /6064h:00 = (29\d|30\d)/);
+      await fill(page, "velocity", 40);
+      await press(page, "velocity");
+      await text(page, "#master-doing", /^turn with 40 .*rpm: done/);
+      await until("speed", () => value(page, "speed"), (speed) => speed > 0);
+      assert.equal(await page.locator("#master [data-act=jog_positive]").count(), options[0] === "asda-a2" ? 0 : 1);
+      await fill(page, "move", 300);
+      await press(page, "move");
+      await text(page, "#master-doing", /^move to 300: done/);
       await press(page, "disable");
       await text(page, "#master-doing", /^disable: done/);
       await press(page, "nmt_stop");
@@ -140,6 +148,25 @@ test("a station from a GSD is sent its outputs", async () => {
     await page.getByRole("textbox", { name: "Outputs" }).fill("A5 01");
     await page.getByRole("button", { name: "Send in each cycle" }).click();
     await text(page, "#master-doing", "its configuration has 1 octets of outputs, got 2");
+
+    // A word with its scale and unit, kept beside another, with how it went.
+    const module = page.locator(".module[data-process='slot2 outputs']");
+    await text(page, ".module[data-process='slot2 outputs']", "= 165 = A5h = 10100101b");
+    await module.getByLabel("Scale").fill("0.1");
+    await module.getByLabel("Unit").fill("bar");
+    await text(page, ".module[data-process='slot2 outputs'] .scaled", "16.5 bar");
+    await module.getByRole("button", { name: "Keep", exact: true }).click();
+    await text(page, ".module[data-process='slot2 outputs'] .kept", /octet 0 as unsigned8\s*16.5 bar/);
+    await module.locator(".value-of select").selectOption("signed8");
+    await text(page, ".module[data-process='slot2 outputs'] .scaled", "-9.1 bar");
+    await page.getByRole("textbox", { name: "Outputs" }).fill("14");
+    await page.getByRole("button", { name: "Send in each cycle" }).click();
+    await text(page, ".module[data-process='slot2 outputs'] .kept", "2 bar");
+    await module.locator(".kept .spark[aria-label='between 2 and 16.5']").waitFor();
+    await page.reload();
+    await text(page, ".module[data-process='slot2 outputs'] .kept", "2 bar");
+    await module.getByRole("button", { name: "Keep octet 0 as unsigned8 no longer" }).click();
+    await until("kept values", () => module.locator(".kept li").count(), (count) => count === 0);
   });
 });
 

@@ -67,6 +67,54 @@ test("an event shows the curves and the telegrams of its time, and a time in the
   });
 });
 
+test("a trigger stops the curves around the time at which a value passes a level, or an event comes", async () => {
+  await onStage({ server: await Emulator.try(), master: false }, async ({ page }) => {
+    await text(page, "#master-about", "Master 1 has this station");
+    const curves = page.locator("#curves");
+    const follow = page.getByRole("button", { name: "Follow" });
+    await page.locator("#master [data-act=enable]").click();
+    await text(page, "#master-doing", /^enable: done/);
+    await curves.locator(".trigger label select").selectOption("rises");
+    await curves.getByLabel("Value of the trigger").selectOption("position");
+    await curves.getByLabel("Level of the trigger").fill("1,5");
+    await text(page, "#curves .trigger", "'1,5' is no number");
+    await curves.getByLabel("Level of the trigger").fill("40");
+    await text(page, "#curves .trigger", "armed");
+    await page.locator("#master .act:has([data-act=move]) input").fill("90");
+    await page.locator("#master [data-act=move]").click();
+    await text(page, "#curves .trigger", /triggered at \d+\.\d{3} s: Position, inc: \d+/);
+    await until("the curves", () => follow.getAttribute("aria-pressed"), (pressed) => pressed === "false");
+    const shown = Number(/Position, inc: (\d+)/.exec(await curves.locator(".trigger").textContent())[1]);
+    assert.ok(shown > 40 && shown <= 90, `${shown} is the first beyond 40`);
+    await text(page, "#curves .readout", /[4-9]\d\sinc/);
+
+    await curves.locator(".trigger label select").selectOption("event");
+    await text(page, "#curves .trigger", "Which words?");
+    await curves.getByLabel("Words of the event").fill("fault D");
+    await text(page, "#curves .trigger", "armed");
+    assert.equal(await follow.getAttribute("aria-pressed"), "true", "they run until then");
+    await page.getByRole("button", { name: "Provoke fault D:" }).click();
+    await text(page, "#curves .trigger", /triggered at .*fault D/);
+    await until("the curves", () => follow.getAttribute("aria-pressed"), (pressed) => pressed === "false");
+    assert.match(await page.locator("#log-lines li[aria-current=true]").textContent(), /fault/);
+    await curves.getByRole("button", { name: "Arm again" }).click();
+    await text(page, "#curves .trigger", "armed");
+  });
+});
+
+test("a trigger ends the recording of telegrams a little later", async () => {
+  await onStage({}, async ({ page, master }) => {
+    await master.exchanging(5);
+    await page.locator("#curves .trigger label select").selectOption("event");
+    await page.getByLabel("Words of the event").fill("operation enabled");
+    await page.getByRole("button", { name: "Record telegrams" }).click();
+    await text(page, "#telegram-lines .log", "Data_Exchange");
+    await master.enable(5);
+    await text(page, "#telegrams .ended", /ended by the trigger at .*operation enabled/);
+    await page.getByRole("button", { name: "Record telegrams", pressed: false }).waitFor();
+  });
+});
+
 test("a report opens without the emulator, with curves, events, telegrams and both files inside", async () => {
   await onStage({}, async ({ page, master }) => {
     await master.exchanging(5);
@@ -127,8 +175,18 @@ test("entries are found by name, number and value, changes are marked, and setti
     await text(page, "#objects tr[data-key='1017:00']", "00000h");
     const folder = await mkdtemp(path.join(tmpdir(), "settings-"));
     await writeFile(path.join(folder, "settings.json"), file.text);
-    await page.locator("#objects input[type=file]").setInputFiles(path.join(folder, "settings.json"));
+    // Compared, nothing is written.
+    const chooses = page.waitForEvent("filechooser");
+    await page.locator("#objects").getByRole("button", { name: "Compare with file" }).click();
+    await (await chooses).setFiles(path.join(folder, "settings.json"));
+    await text(page, "#objects [role=status]", "1 value other than in the file. Nothing is written.");
+    await text(page, "#objects tr[data-key='1017:00']", "in the file 700");
+    assert.equal(await rows.count(), 1);
+    const loads = page.waitForEvent("filechooser");
+    await page.locator("#objects").getByRole("button", { name: "Load settings" }).click();
+    await (await loads).setFiles(path.join(folder, "settings.json"));
     await text(page, "#objects [role=status]", "1 value written, 0 values refused");
+    await page.locator("#objects").getByLabel("Show").selectOption("all");
     await text(page, "#objects tr[data-key='1017:00']", "700");
     await writeFile(path.join(folder, "other.json"), "{}");
     await page.locator("#objects input[type=file]").setInputFiles(path.join(folder, "other.json"));

@@ -1,6 +1,7 @@
 // Values that are worth a curve against the time of the bus, with a cursor and zoom.
-import { button, html, numberText, say } from "./dom.js";
+import { button, html, mark, numberText, say } from "./dom.js";
 import { LEFT, RIGHT, colors, height, paint } from "./curve_painting.js";
+import { Trigger } from "./trigger.js";
 
 const SPANS_S = [5, 10, 30, 60, 120, 300];
 const KEPT = 20_000;
@@ -29,10 +30,22 @@ export class Curves {
   /** The time that was chosen, and the one it is measured to, in s; null: none. */
   #pinned = null;
   #measured = null;
+  /** A time around which the curves stand as soon as there is enough behind it; null: none. */
+  #around = null;
 
-  /** `save` is a link that saves them; `onPoint(time)` is called when a time is chosen, null: none is any more. */
-  constructor(save, onPoint = () => {}) {
+  /**
+   * `save` is a link that saves them; `onPoint(time)` is called when a time is chosen, null: none is any more; `onTrigger({ time_s,
+   * text })` when what the trigger waits for has happened.
+   */
+  constructor(save, onPoint = () => {}, onTrigger = () => {}) {
     this.onPoint = onPoint;
+    this.trigger = new Trigger({
+      hit: (time_s, text) => {
+        this.#around = time_s;
+        onTrigger({ time_s, text });
+      },
+      begin: () => this.#go(null),
+    });
     this.canvas = html("canvas", { class: "curves", tabindex: 0, role: "img", "aria-describedby": "curves-keys" });
     this.readout = html("p", { class: "readout" });
     this.follow = button("Follow", () => this.#go(this.#end === null ? this.#newest() : null), { "aria-pressed": true });
@@ -45,6 +58,7 @@ export class Curves {
       { class: "card", id: "curves", "aria-labelledby": "curves-title", hidden: true },
       html("h3", { id: "curves-title" }, "Curves"),
       html("div", { class: "toolbar" }, this.readout, html("span", { class: "spacer" }), tools),
+      html("div", { class: "toolbar" }, this.trigger.element),
       this.canvas,
       this.happened,
       html("p", { class: "hint", id: "curves-keys" }, "Point at the curves or use ← → to move the cursor. Click, or Enter: events and telegrams of that time. Shift and click, or m: measure to there. Esc: no more. Drag, or Page Up and Page Down: earlier or later. + −: zoom. Home: follow."),
@@ -62,7 +76,7 @@ export class Curves {
   clear() {
     this.#samples = [];
     this.#marks.clear();
-    this.#cursor = null;
+    this.#cursor = this.#around = null;
     [this.#pinned, this.#measured] = [null, null];
     this.#go(null);
   }
@@ -76,8 +90,11 @@ export class Curves {
   }
 
   /** Something that happened: `{ number, time_s, kind, text }`. */
-  mark({ number, time_s, kind, text }) {
+  mark(line) {
+    const { number, time_s, kind, text } = line;
     if (number === undefined || time_s === null) return;
+    // What was before the page came triggers nothing.
+    if (!this.#marks.has(number) && time_s >= this.#newest() - SILENCE_S) this.trigger.happened(line);
     this.#marks.set(number, { time_s, kind, text });
     if (this.#marks.size > MARKS) this.#marks.delete(this.#marks.keys().next().value);
     this.#dirty = true;
@@ -103,6 +120,7 @@ export class Curves {
     const same = lanes.map(({ key, unit }) => `${key} ${unit}`).join() === this.#lanes.map(({ key, unit }) => `${key} ${unit}`).join();
     if (!same && this.#lanes.length > 0) this.#samples = [];
     this.#lanes = lanes;
+    this.trigger.offer(lanes);
     if (same) return;
     this.canvas.style.height = `${height(lanes.length)}px`;
     this.canvas.setAttribute("aria-label", `${lanes.map(({ name }) => name).join(", ")} against time`);
@@ -122,6 +140,8 @@ export class Curves {
       this.#samples.push({ ...last, time_s: sample.time_s - RARE_S / 2, gap: false });
     }
     this.#samples.push({ ...sample, gap });
+    this.trigger.see(sample);
+    this.#standAround();
     if (this.#samples.length > KEPT) this.#samples.splice(0, KEPT / 10);
     this.#dirty = true;
   }
@@ -158,8 +178,10 @@ export class Curves {
 
   #go(end) {
     const oldest = this.#samples[0]?.time_s ?? 0;
+    if (end === null) this.#around = null;
     this.#end = end === null || end > this.#newest() ? null : Math.max(end, Math.min(oldest + this.#span, this.#newest()));
-    this.follow.setAttribute("aria-pressed", this.#end === null);
+    mark(this.follow, "aria-pressed", this.#end === null);
+    mark(this.follow, "title", this.#end === null ? "A click pauses the curves" : "A click goes on with the newest");
     this.#dirty = true;
   }
 
@@ -259,6 +281,15 @@ export class Curves {
     event.preventDefault();
     act();
     this.#dirty = true;
+  }
+
+  /** The curves stand with the time of the trigger in their middle, and that time is chosen. */
+  #standAround() {
+    if (this.#around === null || this.#newest() < this.#around + this.#span / 2) return;
+    const time = this.#around;
+    this.#around = null;
+    this.#go(time + this.#span / 2);
+    this.#choose(time);
   }
 
   /** Shows a time that was chosen elsewhere. */

@@ -75,7 +75,9 @@ export class Entries {
   #answer = html("p", { role: "status" });
   #count = html("span", { class: "muted" });
   #only = html("select", { onchange: () => this.#update() }, ...CHOICES.map(([value, name]) => html("option", { value }, name)));
-  #file = html("input", { type: "file", accept: ".json", hidden: true, tabindex: -1, "aria-label": "A file of settings", onchange: () => this.#import() });
+  /** What is done with the file that is chosen next. */
+  #then = null;
+  #file = html("input", { type: "file", accept: ".json", hidden: true, tabindex: -1, "aria-label": "A file of settings", onchange: () => this.#chosen() });
 
   /** `kind` is one of the above; `ask(method, path, body)` asks the station. */
   constructor(kind, ask) {
@@ -83,7 +85,7 @@ export class Entries {
     this.#ask = ask;
     this.#filter = html("input", { type: "search", placeholder: kind.placeholder, autocomplete: "off", spellcheck: "false", oninput: () => this.#update() });
     this.#key = html("input", { type: "text", class: "key mono", autocomplete: "off", spellcheck: "false" });
-    const texts = (item) => [kind.key(item), item.name, kind.value(item), hexadecimal(item, kind.number(item), kind.digits), kind.range(item)];
+    const texts = (item) => [kind.key(item), item.name, kind.value(item), hexadecimal(item, kind.number(item), kind.digits), this.#besides(item)];
     const choose = (item) => button(kind.key(item), () => this.#choose(item), { class: "plain mono", "aria-label": `Choose ${kind.key(item)}, ${item.name}` });
     this.#table = new Table(`${kind.title}, all of them`, ["Number", "Name", ">Value", ">Hex", "Range"], texts, choose);
     // Who presses Enter in the value wants it written, not read over.
@@ -100,7 +102,7 @@ export class Entries {
       ),
       this.#answer,
       html("p", { class: "hint" }, "Reads and writes directly, not over the bus: with the checks of the device, but the master sees nothing."),
-      html("div", { class: "toolbar" }, field("Filter", this.#filter), field("Show", this.#only), button("Save settings", () => this.#export()), button("Load settings", () => this.#file.click()), this.#file, this.#count),
+      html("div", { class: "toolbar" }, field("Filter", this.#filter), field("Show", this.#only), button("Save settings", () => this.#export()), button("Compare with file", () => this.#chooseFile((all) => this.#compare(all))), button("Load settings", () => this.#chooseFile((all) => this.#import(all))), this.#file, this.#count),
       this.#table.element,
     );
     setInterval(() => this.#isLooked() && this.refresh(), LIVE_MS);
@@ -145,16 +147,14 @@ export class Entries {
     // By number, name, value and what the value is in hexadecimal.
     const text = (item) => `${this.#kind.key(item)} ${item.name} ${this.#kind.value(item)} ${hexadecimal(item, this.#kind.number(item), this.#kind.digits)}`.toLowerCase();
     const now = performance.now();
-    const isOther = (item) => item.default !== null && item.default !== undefined && this.#kind.isSet(item) && item.default !== this.#kind.number(item);
-    const isOfFile = (item) => this.#saved !== null && this.#saved.some(({ key }) => key === item.key);
-    const shown = { all: () => true, other: isOther, changed: ({ key }) => this.#changed.has(key), file: isOfFile }[this.#only.value];
+    const shown = { all: () => true, other: (item) => this.#isOther(item), changed: ({ key }) => this.#changed.has(key), file: (item) => this.#inFile(item) !== undefined }[this.#only.value];
     const matching = this.#items.filter((item) => shown(item) && words.every((word) => text(item).includes(word)));
     this.#table.show(matching);
     say(this.#count, many(matching.length, "line"));
     for (const row of this.#table.element.querySelectorAll("tr[data-key]")) {
       const item = this.#items.find(({ key }) => key === row.dataset.key);
       mark(row, "data-changed", now - (this.#changed.get(row.dataset.key) ?? -Infinity) < CHANGED_MS);
-      mark(row, "data-other", Boolean(item) && isOther(item));
+      mark(row, "data-other", Boolean(item) && this.#isOther(item));
     }
   }
 
@@ -163,24 +163,62 @@ export class Entries {
     save(`${this.#kind.id}.json`, this.#kind.id, this.#items.filter(this.#kind.isSet).map((item) => ({ key: item.key, name: item.name, value: this.#kind.number(item) })));
   }
 
-  /** Writes what the file says otherwise, one after the other. What is refused is said, the rest is written. */
-  async #import() {
+  #chooseFile(then) {
+    this.#then = then;
+    this.#file.click();
+  }
+
+  async #chosen() {
     const [file] = this.#file.files;
     this.#file.value = "";
     if (!file) return;
     try {
-      this.#saved = differences(readFile(await file.text(), this.#kind.id), this.#items, this.#kind.number);
+      this.#saved = readFile(await file.text(), this.#kind.id);
     } catch (error) {
       this.#say(error.message, "refused");
       return;
     }
+    const differing = differences(this.#saved, this.#items, this.#kind.number);
+    await (this.#then ?? ((all) => this.#import(all)))(differing);
+  }
+
+  /** What the file has in place of the value; undefined: the same, or nothing. */
+  #inFile(item) {
+    const saved = this.#saved?.find(({ key }) => key === item.key);
+    return saved && saved.value !== this.#kind.number(item) ? saved.value : undefined;
+  }
+
+  /** The range; what the default is, and the value in the file, where they are others. */
+  #besides(item) {
+    const { default: usual } = item;
+    const parts = [this.#kind.range(item)];
+    if (this.#isOther(item)) parts.push(`default ${usual}`);
+    const saved = this.#inFile(item);
+    if (saved !== undefined) parts.push(`in the file ${saved}`);
+    return parts.filter(Boolean).join("; ");
+  }
+
+  #isOther(item) {
+    const { default: usual } = item;
+    return usual !== null && usual !== undefined && this.#kind.isSet(item) && usual !== this.#kind.number(item);
+  }
+
+  /** Shows what differs from the file, and writes nothing. */
+  #compare(differing) {
+    this.#only.value = "file";
+    this.#update();
+    this.#say(differing.length === 0 ? "Nothing differs from the file." : `${many(differing.length, "value")} other than in the file. Nothing is written.`, "done");
+  }
+
+  /** Writes what the file says otherwise, one after the other. What is refused is said, the rest is written. */
+  async #import(differing) {
     const refused = [];
-    for (const { key, value } of this.#saved) {
+    for (const { key, value } of differing) {
       await this.#ask("PUT", `${this.#kind.path}/${this.#kind.pathOf(key)}`, { value }).catch(({ message }) => refused.push(`${key}: ${message}`));
     }
     await this.refresh();
-    const written = `${many(this.#saved.length - refused.length, "value")} written, ${many(refused.length, "value")} refused`;
-    this.#say([this.#saved.length === 0 ? "Nothing differs from the file." : written, ...refused].join("; "), refused.length > 0 ? "refused" : "done");
+    const written = `${many(differing.length - refused.length, "value")} written, ${many(refused.length, "value")} refused`;
+    this.#say([differing.length === 0 ? "Nothing differs from the file." : written, ...refused].join("; "), refused.length > 0 ? "refused" : "done");
   }
 
   /** The form is for this one. The value of another one does not stay. */

@@ -49,7 +49,9 @@ const FILES: &[File] = &[
     script("station.js", include_bytes!("station.js")),
     script("stream.js", include_bytes!("stream.js")),
     script("telegrams.js", include_bytes!("telegrams.js")),
+    script("trigger.js", include_bytes!("trigger.js")),
     script("values.js", include_bytes!("values.js")),
+    script("watch.js", include_bytes!("watch.js")),
     script("why.js", include_bytes!("why.js")),
     script("words.js", include_bytes!("words.js")),
 ];

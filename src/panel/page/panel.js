@@ -105,6 +105,7 @@ class Panel {
       choose: this.#chooseField,
       lines: this.#lineCount,
       onPoint: (time) => this.#point(time, "curves"),
+      onTrigger: (hit) => this.telegrams.triggered(hit),
       told: () => ({ events: this.log.shown, telegrams: this.telegrams.shown }),
       note: (line) => this.#note(line),
     });

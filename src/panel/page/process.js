@@ -1,7 +1,7 @@
 // Process data: what master and station exchange, PDO by PDO or module by module, as octets, bits and named values.
 import { Rows, button, field, form, html, mark, numberText, say, typedNumber } from "./dom.js";
+import { Watch } from "./watch.js";
 
-const TYPES = { unsigned8: 1, signed8: 1, unsigned16: 2, signed16: 2, unsigned32: 4, signed32: 4, float32: 4 };
 /** More octets than this are shown as values only. */
 const MOST_WITH_LEDS = 8;
 /** Lines of the dialogue. */
@@ -81,7 +81,7 @@ class Item {
     this.#outputs = item.outputs ?? null;
     if (this.#bits === null) {
       const send = this.#outputs && ((octet, bit, on) => this.#send(octet, bit, on));
-      this.#bits = new Octets(fromMaster ? "Output" : "Input", canForce(item) ? { act: this.#act, slot } : null, send);
+      this.#bits = new Octets({ side: fromMaster ? "Output" : "Input", place: `${location.hash} ${key}` }, canForce(item) ? { act: this.#act, slot } : null, send);
       this.element.append(this.#bits.element);
     }
     this.#bits.show(octetsOf(octets), octetsOf(forced));
@@ -115,17 +115,19 @@ class Octets {
   #sends;
   #rows = [];
   #list = html("ul", { class: "octets" });
-  #type = html("select", {}, ...Object.keys(TYPES).map((type) => html("option", { value: type }, type)));
-  #octet = html("input", { type: "number", min: 0, value: 0 });
-  #value = html("span", { class: "mono" });
+  #watch;
   #message = html("p", { class: "refused", role: "alert" });
 
-  /** `side` is what one of them is called; `force` is null where nothing can be forced; `send(octet, bit, on)` sets a bit of outputs. */
-  constructor(side, force, send = null) {
+  /**
+   * `side` is what one of them is called, `place` names the module in this browser; `force` is null where nothing can be forced;
+   * `send(octet, bit, on)` sets a bit of outputs.
+   */
+  constructor({ side, place }, force, send = null) {
+    this.#watch = new Watch(place);
     this.#side = side;
     this.#force = force;
     this.#sends = send;
-    this.element = html("div", { class: "side" }, this.#list, html("p", { class: "value-of" }, field("Octet", this.#octet), field("as", this.#type), this.#value));
+    this.element = html("div", { class: "side" }, this.#list, this.#watch.element);
     if (force !== null) this.element.append(this.#form(), this.#message);
   }
 
@@ -135,10 +137,9 @@ class Octets {
       const flip = this.#sends ?? (this.#force && ((octet, bit, on) => this.#send("PUT", octet, `bit${bit}`, { value: on ? 1 : 0 })));
       this.#rows = octets.map((_, octet) => new Octet(this.#side, octet, octets.length <= MOST_WITH_LEDS, flip));
       this.#list.replaceChildren(...this.#rows.map(({ element }) => element));
-      mark(this.#octet, "max", Math.max(0, octets.length - 1));
     }
     octets.forEach((value, octet) => this.#rows[octet].show(value, forced[octet] ?? 0));
-    say(this.#value, valueOf(octets, this.#octet.valueAsNumber, this.#type.value));
+    this.#watch.show(octets);
   }
 
   #form() {
@@ -148,12 +149,12 @@ class Octets {
         const typed = typedNumber(value.value);
         if (typed === null) throw new RangeError("Nothing is forced: there is no value.");
         say(this.#message, "");
-        this.#send("PUT", this.#octet.valueAsNumber, this.#type.value, { value: typed });
+        this.#send("PUT", this.#watch.octet, this.#watch.type, { value: typed });
       } catch (error) {
         say(this.#message, error.message);
       }
     };
-    const release = button("Release", () => this.#send("DELETE", this.#octet.valueAsNumber, this.#type.value));
+    const release = button("Release", () => this.#send("DELETE", this.#watch.octet, this.#watch.type));
     return form({}, send, field("Value", value), html("span", { class: "group" }, html("button", { type: "submit" }, "Force"), release));
   }
 
@@ -186,25 +187,6 @@ class Octet {
     }
     say(this.#value, `${value.toString(16).toUpperCase().padStart(2, "0")}h ${value}${forced === 0 ? "" : " F"}`);
   }
-}
-
-/** The value that begins at an octet, high octet first; "" if it does not fit. */
-function valueOf(octets, octet, type) {
-  const length = TYPES[type];
-  if (!Number.isInteger(octet) || octet < 0 || octet + length > octets.length) return "";
-  const view = new DataView(Uint8Array.from(octets).buffer, octet, length);
-  const read = {
-    unsigned8: () => view.getUint8(0),
-    signed8: () => view.getInt8(0),
-    unsigned16: () => view.getUint16(0),
-    signed16: () => view.getInt16(0),
-    unsigned32: () => view.getUint32(0),
-    signed32: () => view.getInt32(0),
-    float32: () => Number(view.getFloat32(0).toPrecision(7)),
-  };
-  const bits = Array.from({ length }, (_, place) => view.getUint8(place));
-  const hexadecimal = bits.map((value) => value.toString(16).toUpperCase().padStart(2, "0")).join("");
-  return `= ${read[type]()} = ${hexadecimal}h = ${bits.map((value) => value.toString(2).padStart(8, "0")).join(" ")}b`;
 }
 
 /** What master and station say to each other beside their values, as jobs of parameters: a line when it changes. */

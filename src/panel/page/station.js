@@ -32,9 +32,9 @@ export class StationView {
 
   /**
    * Of the station `{ line, address }` in `root`; `choose` is put beside its name, `lines` is how many there are. A time that
-   * is chosen in the curves is for `onPoint(time)`; `told()` are the events and telegrams of a report, `note(line)` takes one more.
+   * is chosen in the curves is for `onPoint(time)`, what their trigger waited for is for `onTrigger({ time_s, text })`; `told()` are the events and telegrams of a report, `note(line)` takes one more.
    */
-  constructor(root, station, { choose, lines, onPoint, told, note }) {
+  constructor(root, station, { choose, lines, onPoint, onTrigger, told, note }) {
     this.station = station;
     this.#root = root;
     this.#path = stationOf(station);
@@ -50,7 +50,7 @@ export class StationView {
     this.device = new Device(ask, act);
     const report = button("Save as report", () => saveReport({ station, state: this.#state.textContent, about: this.#about.textContent, picture: this.curves.picture, csv: save.href, ...told() }));
     const noted = button("Mark", () => this.#note(note));
-    this.curves = new Curves(html("span", { class: "group" }, noted, save, report), onPoint);
+    this.curves = new Curves(html("span", { class: "group" }, noted, save, report), onPoint, onTrigger);
     this.faults = new Faults(act);
     this.words = new Words();
     this.inputs = new Inputs(ask);

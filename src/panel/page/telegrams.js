@@ -68,6 +68,11 @@ export class Telegrams {
     else if (this.#left !== null && (this.#left -= 1) <= 0) this.#record(false);
   }
 
+  /** The trigger of the timeline has hit: the recording ends soon, so that what was before stays. */
+  triggered({ time_s, text }) {
+    if (this.#recording && this.#left === null) this.#endSoon(`ended by the trigger at ${time_s.toFixed(3)} s: ${text}`);
+  }
+
   /** A station went to fault: the recording ends soon if it shall. */
   fault({ time_s, text }) {
     if (this.#recording && this.atFault.checked && this.#left === null) this.#endSoon(`ended by a fault at ${time_s.toFixed(3)} s: ${text}`);
