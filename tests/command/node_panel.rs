@@ -261,7 +261,13 @@ fn an_alarm_of_an_asda_is_an_emcy_in_603fh_and_on_its_panel() {
     rig.set("POST", "7/provoke", &json!({"fault": "011", "provoked": false}));
     rig.wait_for(7, "no alarm", |state| state.row(0) == "    0");
     rig.refused("POST", "7/provoke", &json!({"fault": "010"}), 422, "did you mean 0");
-    rig.refused("POST", "7/keys", &json!({"key": "up", "pressed": true}), 422, "it has none");
+    rig.refused(
+        "POST",
+        "7/keys",
+        &json!({"key": "star", "pressed": true}),
+        422,
+        "mode, shift, up, down, set",
+    );
 }
 
 #[test]
