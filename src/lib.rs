@@ -127,12 +127,13 @@
 //! * `parameters`: the parameters of a PPO drive from TOML and CSV files.
 //! * `panel`: HTTP control, a live stream and a page for browsers.
 //! * `metrics`: what was counted, as OpenMetrics for Prometheus.
-//! * `cli`: the command; with `judge` its `judge`, too.
+//! * `cli`: the command.
+//! * `emulator`: the command without its `judge`.
 #![cfg_attr(not(any(feature = "std", test)), no_std)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 // With these features every layer is in use, and the compiler says what nobody needs.
 #![cfg_attr(
-    not(all(feature = "cli", feature = "judge", feature = "embedded-io", feature = "embedded-io-async")),
+    not(all(feature = "cli", feature = "embedded-io", feature = "embedded-io-async")),
     allow(dead_code, unused_imports)
 )]
 
@@ -211,5 +212,5 @@ pub mod panel;
 #[cfg(feature = "metrics")]
 pub mod metrics;
 
-#[cfg(feature = "cli")]
+#[cfg(feature = "emulator")]
 pub mod command;

@@ -53,7 +53,7 @@ target() {
     Linux:aarch64 | Linux:arm64) echo aarch64-unknown-linux-gnu ;;
     Darwin:x86_64) echo x86_64-apple-darwin ;;
     Darwin:arm64) echo aarch64-apple-darwin ;;
-    *) stop "there is no built program for $system on $processor; with a Rust compiler: cargo install --locked profidrive --features cli,judge" ;;
+    *) stop "there is no built program for $system on $processor; with a Rust compiler: cargo install --locked profidrive --features cli" ;;
     esac
 }
 

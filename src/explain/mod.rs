@@ -70,7 +70,7 @@ pub use decoder::{Decoder, Taking};
 pub use field::{Bits, Field, Mark, hex};
 pub use known::Known;
 pub(crate) use overheard::Overheard;
-#[cfg(feature = "cli")]
+#[cfg(feature = "emulator")]
 pub(crate) use parameters::{description_text, values_text};
 pub use text::{HexText, TextError};
 

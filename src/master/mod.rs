@@ -34,7 +34,7 @@ mod acyclic;
 mod axes;
 mod drive;
 mod error;
-#[cfg(feature = "cli")]
+#[cfg(feature = "emulator")]
 pub(crate) mod inner;
 mod inquiry;
 mod owner;

@@ -326,7 +326,7 @@ impl Lines {
         }
     }
 
-    #[cfg(feature = "cli")]
+    #[cfg(feature = "emulator")]
     pub(super) fn set_master(&self, name: &str, master: InnerMaster) {
         if let Some(line) = self.locked().iter_mut().find(|line| &*line.name == name) {
             line.master = Some(master);

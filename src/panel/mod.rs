@@ -90,7 +90,7 @@ use thiserror::Error;
 use crate::devices::CanopenEvent;
 use crate::host::can::{BusHint, Event};
 use crate::host::fault::BusKind;
-#[cfg(feature = "cli")]
+#[cfg(feature = "emulator")]
 use crate::host::inner_master::InnerMaster;
 use crate::host::link::tap::{Batch, Watchers};
 use crate::host::reach::{ListenError, advice};
@@ -200,7 +200,7 @@ impl Panel {
     }
 
     /// The master in this program, which those who connect may use.
-    #[cfg(feature = "cli")]
+    #[cfg(feature = "emulator")]
     pub(crate) fn set_master(&self, master: InnerMaster) {
         self.lines.set_master(&self.name, master);
     }

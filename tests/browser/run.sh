@@ -14,7 +14,7 @@ cannot() {
 }
 
 [[ $# -eq 1 ]] || cannot "usage: $0 PATH-OF-PROFIDRIVE"
-[[ -x $1 && -f $1 ]] || cannot "$1 is no executable file; build it with: cargo build --features cli,judge"
+[[ -x $1 && -f $1 ]] || cannot "$1 is no executable file; build it with: cargo build --features cli"
 PROFIDRIVE=$(realpath "$1")
 CHROMIUM=${CHROMIUM:-/usr/bin/chromium}
 export PROFIDRIVE CHROMIUM

@@ -27,7 +27,7 @@ if ! cmp -s "$here/requirements.txt" "$venv/requirements.txt"; then
     cp "$here/requirements.txt" "$venv/requirements.txt"
 fi
 if [[ $# -eq 0 ]]; then
-    cargo build --quiet --manifest-path "$root/Cargo.toml" --features cli,judge --bin profidrive
+    cargo build --quiet --manifest-path "$root/Cargo.toml" --features cli --bin profidrive
     set -- "$target/debug/profidrive"
 fi
 profidrive=$(program "$1")

@@ -17,7 +17,7 @@ fail() {
 
 # Says where the program is, by its full path.
 program() {
-    [[ -x $1 && -f $1 ]] || cannot "$1 is no executable file; build it with: cargo build --features cli,judge"
+    [[ -x $1 && -f $1 ]] || cannot "$1 is no executable file; build it with: cargo build --features cli"
     realpath "$1"
 }
 

@@ -31,13 +31,13 @@ impl Noisy {
     }
 
     /// profirust words its warnings only where somebody reads them, and has failed at one.
-    #[cfg(feature = "cli")]
+    #[cfg(feature = "emulator")]
     fn read_warnings() {
         // Another test may have done it.
         let _ = tracing_subscriber::fmt().with_writer(io::sink).try_init();
     }
 
-    #[cfg(not(feature = "cli"))]
+    #[cfg(not(feature = "emulator"))]
     fn read_warnings() {}
 
     fn session(&self) -> Session<Self, Self> {

@@ -4,7 +4,7 @@ use std::ffi::OsString;
 
 /// Not in this program: it was built without the feature `judge`
 ///
-/// With it: `cargo install --locked profidrive --features cli,judge`, or `cargo run --features cli,judge -- judge ...` in a
+/// With it: `cargo install --locked profidrive --features cli`, or `cargo run --features cli -- judge ...` in a
 /// checkout.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Judge {
@@ -17,6 +17,6 @@ impl Judge {
     /// # Errors
     /// Always: how to build the program with the judge.
     pub(crate) fn check(&self) -> Result<(), String> {
-        Err("this program was built without the judge; build it with '--features cli,judge'".into())
+        Err("this program was built without the judge; build it with '--features cli'".into())
     }
 }

@@ -40,7 +40,7 @@ pub use condition::{Condition, Switch, While};
 pub(crate) use kinds::Kind;
 pub use kinds::{Row, Way};
 pub(crate) use list::{Active, List, Listed};
-#[cfg(all(test, feature = "cli"))]
+#[cfg(all(test, feature = "emulator"))]
 pub(crate) use parameter::TIME_PATTERN;
 pub(crate) use parameter::{DiagOctets, FramePart};
 pub(crate) use parameter::{duration, no_time};

@@ -273,7 +273,7 @@ pub(crate) fn duration(text: &str) -> Option<Duration> {
 }
 
 /// The times that [`duration`] reads, as a pattern of JSON Schema.
-#[cfg(all(test, feature = "cli"))]
+#[cfg(all(test, feature = "emulator"))]
 pub(crate) const TIME_PATTERN: &str = concat!(
     "^0*([1-9][0-9]{0,8}|[12][0-9]{9}|3[0-5][0-9]{8}|3600000000)us$",
     "|^0*([1-9][0-9]{0,5}|[12][0-9]{6}|3[0-5][0-9]{5}|3600000)ms$",

@@ -1,6 +1,6 @@
 //! The links: in memory, pseudo-terminal, serial port, TCP; and for any of them faults on purpose and a tap.
 
-#[cfg(feature = "cli")]
+#[cfg(feature = "emulator")]
 pub(crate) mod beside;
 #[cfg(all(windows, feature = "serial"))]
 mod com;

@@ -29,9 +29,9 @@ pub(crate) mod node_files;
 mod nouns;
 pub(crate) mod objects;
 mod profidrive4;
-#[cfg(all(test, feature = "cli"))]
+#[cfg(all(test, feature = "emulator"))]
 mod schema;
-#[cfg(all(test, feature = "cli"))]
+#[cfg(all(test, feature = "emulator"))]
 pub(crate) use schema::quirks_schema;
 pub(crate) mod signals;
 mod slaves;

@@ -27,7 +27,7 @@ pub(crate) const KEYS: &[&str] = &[
 ];
 
 /// So many of them say when.
-#[cfg(all(test, feature = "cli"))]
+#[cfg(all(test, feature = "emulator"))]
 pub(crate) const TIMES: usize = 2;
 
 /// The keys of a fault of a channel, and of a value of an area.
