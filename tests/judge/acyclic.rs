@@ -4,19 +4,26 @@
 use core::time::Duration;
 
 use profidrive::bench::Line;
-use profidrive::judge::{Ending, MasterClass, Report, Row, Setup, Slave, Verdict, simulated, simulated_with};
+use profidrive::judge::{
+    Ending, MasterClass, Report, Row, Setup, Slave, Verdict, simulated, simulated_until_breach,
+    simulated_with,
+};
 use profidrive::profibus::fdl::Address;
 
-use crate::configured::{dpv1, setup};
+use crate::configured::{configured, dpv1, setup};
 use crate::test_master::acyclic::Uses;
 use crate::test_master::mistakes::{MISTAKES, Mistake};
-use crate::test_master::{BAUD, Settings, TestMaster};
+use crate::test_master::{BAUD, Settings, TestMaster, UNHURRIED};
 use crate::virtual_time::{broken, in_threads, is_long, judged, names, rows};
 
 const SLOT: Duration = Duration::from_micros(600);
 
 /// What a mistake is found by if somebody operates the master, or if it is of class 2.
 pub(crate) const OPERATED: (Mistake, Row) = (Mistake::OtherIndex, Row::V21);
+
+fn unhurried() -> Settings {
+    Settings { pause: UNHURRIED, ..Settings::new(&[5, 6], SLOT) }
+}
 
 fn line(settings: Settings, mistake: Option<Mistake>) -> Line<TestMaster> {
     let mut line = Line::with(BAUD, TestMaster::new(settings, mistake));
@@ -25,7 +32,7 @@ fn line(settings: Settings, mistake: Option<Mistake>) -> Line<TestMaster> {
 }
 
 fn operated(mistake: Option<Mistake>) -> Report {
-    let settings = dpv1(Settings::new(&[5, 6], SLOT), Uses { ms1: true, ms2: true });
+    let settings = dpv1(unhurried(), Uses { ms1: true, ms2: true });
     let setup = setup(&settings, &[]);
     simulated_with(&mut line(settings, mistake), setup, Row::ALL, |master, action, now| {
         master.do_action(action, now)
@@ -46,7 +53,7 @@ fn a_correct_master_passes_the_rows_of_dp_v1() {
 
 #[test]
 fn a_station_given_by_numbers_has_every_service() {
-    let settings = dpv1(Settings::new(&[5, 6], SLOT), Uses { ms1: true, ms2: true });
+    let settings = dpv1(unhurried(), Uses { ms1: true, ms2: true });
     let numbers = |slave: Slave| Slave { gsd: None, dpv1: true, ..slave };
     let with_files = setup(&settings, &[]);
     let stations = with_files.stations.into_iter().map(numbers).collect();
@@ -87,8 +94,20 @@ fn each_mistake_of_dp_v1_is_found_by_its_rows_and_by_no_other() {
     assert_eq!(broken(&report), [OPERATED.1.id()], "{report}");
 }
 
+/// Its cycle is 10 ms: the slave gives its job up before the master has done much else.
+#[test]
+fn an_unhurried_master_that_never_polls_is_found() {
+    let mistake = Some(Mistake::NeverPolls);
+    let (settings, setup) = configured(mistake);
+    let settings = Settings { pause: UNHURRIED, ..settings };
+    let report = simulated_until_breach(&mut line(settings, mistake), setup, &[Row::V04]);
+    assert_eq!(broken(&report), [Row::V04.id()], "{report}");
+}
+
 fn of_class_2(mistake: Option<Mistake>) -> Report {
-    let settings = Settings { class_2: true, token: true, ..Settings::new(&[5, 6], SLOT) };
+    // What is wrong with it shows in the first cycles of a job.
+    let pause = if mistake.is_none() { UNHURRIED } else { Duration::from_millis(2) };
+    let settings = Settings { class_2: true, token: true, pause, ..Settings::new(&[5, 6], SLOT) };
     let settings = dpv1(settings, Uses { ms1: false, ms2: true });
     let setup = Setup {
         class: MasterClass::Two,

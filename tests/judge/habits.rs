@@ -8,13 +8,13 @@ use profidrive::profibus::fdl::Address;
 
 use crate::configured::setup;
 use crate::test_master::habits::Habit;
-use crate::test_master::{BAUD, Settings, TestMaster};
+use crate::test_master::{BAUD, Settings, TestMaster, UNHURRIED};
 use crate::virtual_time::{broken, in_threads, is_long};
 
 const SLOT: Duration = Duration::from_micros(600);
 
 fn with(habits: &[Habit]) -> Settings {
-    Settings { habits: habits.to_vec(), ..Settings::new(&[5, 6, 9], SLOT) }
+    Settings { habits: habits.to_vec(), pause: UNHURRIED, ..Settings::new(&[5, 6, 9], SLOT) }
 }
 
 fn of_watchdog(millis: u64, settings: Settings) -> Settings {

@@ -10,12 +10,12 @@ use profidrive::profibus::fdl::Address;
 use crate::configured::{LONGEST, setup};
 use crate::test_master::habits::Habit;
 use crate::test_master::mistakes::Mistake;
-use crate::test_master::{BAUD, Settings, TestMaster};
+use crate::test_master::{BAUD, Settings, TestMaster, UNHURRIED};
 use crate::virtual_time::{broken, in_threads, is_long, names, rows};
 
 fn judged(stations: &[u8], mistake: Option<Mistake>, wanted: &[Row]) -> Report {
     let slot = Duration::from_micros(600);
-    let mut settings = Settings { token: true, ..Settings::new(stations, slot) };
+    let mut settings = Settings { token: true, pause: UNHURRIED, ..Settings::new(stations, slot) };
     // One of each kind, none of them the first: scenarios have to find theirs.
     let kinds: [&[u8]; 4] = [&[0x23, 0x17], &[0x23], &[0x13], &LONGEST];
     for (station, cfg) in settings.stations.iter_mut().skip(1).zip(kinds) {

@@ -8,14 +8,21 @@ use roxmltree::Document;
 
 use crate::configured::setup;
 use crate::test_master::mistakes::Mistake;
-use crate::test_master::{BAUD, Settings, TestMaster};
+use crate::test_master::{BAUD, Settings, TestMaster, UNHURRIED};
 use crate::virtual_time::rows;
 
 const SLOT: Duration = Duration::from_micros(600);
 const LASTS: Duration = Duration::from_secs(20);
 
 fn line(mistake: Option<Mistake>) -> (Line<TestMaster>, profidrive::judge::Setup) {
-    let settings = Settings::new(&[5, 6], SLOT);
+    line_of(Settings::new(&[5, 6], SLOT), mistake)
+}
+
+fn unhurried() -> (Line<TestMaster>, profidrive::judge::Setup) {
+    line_of(Settings { pause: UNHURRIED, ..Settings::new(&[5, 6], SLOT) }, None)
+}
+
+fn line_of(settings: Settings, mistake: Option<Mistake>) -> (Line<TestMaster>, profidrive::judge::Setup) {
     let setup = setup(&settings, &[]);
     let mut line = Line::with(BAUD, TestMaster::new(settings, mistake));
     line.set_slot_time(SLOT);
@@ -29,10 +36,11 @@ fn soak(rows: &[Row], seed: u64) -> Report {
 
 #[test]
 fn a_correct_master_is_not_accused_in_a_soak_that_its_seed_repeats() {
-    let report = soak(Row::ALL, 1);
+    let (mut line, setup) = unhurried();
+    let report = soaked(&mut line, setup, Row::ALL, LASTS, 1);
     let accused = report.count(Verdict::Fail) + report.count(Verdict::Warn);
     assert_eq!((&report.ending, accused), (&Ending::Done, 0), "{report}");
-    let (mut once, setup) = line(None);
+    let (mut once, setup) = unhurried();
     let once = simulated(&mut once, setup, Row::ALL);
     assert!(report.took >= once.took + LASTS && report.took < once.took + LASTS * 2, "{:?}", report.took);
     // What one judgement has the soak has more often.

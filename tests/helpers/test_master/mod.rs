@@ -81,6 +81,8 @@ pub(crate) struct Settings {
 
 /// The rate, unless another one is set.
 pub(crate) const BAUD: BaudRate = BaudRate::K500;
+/// A pause between two cycles with which as much time needs a third of the telegrams: for judgements of minutes.
+pub(crate) const UNHURRIED: Duration = Duration::from_millis(8);
 
 impl Settings {
     /// A master of stations with four octets each way.

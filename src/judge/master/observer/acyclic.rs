@@ -28,7 +28,7 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// So many times C1_Response_Timeout a job is no longer polled for.
 const OVERDUE: u32 = 3;
 /// Other requests at most, and for how long, before a poll.
-const MOST_BESIDE: u32 = 200;
+pub(in crate::judge::master) const MOST_BESIDE: u32 = 200;
 const MOST_TIME: Duration = Duration::from_secs(1);
 /// Polls in a row without Data_Exchange.
 const MOST_POLLS: u32 = 20;
@@ -255,7 +255,8 @@ impl Observer {
             given_up |= *sap == MS1_SAP
                 && limit.is_some_and(|limit| {
                     let age = cycle.end.saturating_since(job.since);
-                    !job.told && (age > limit * OVERDUE && silent > limit || begins && age >= limit)
+                    let waited = job.polls > 0 && age > limit * OVERDUE && silent > limit;
+                    !job.told && (waited || begins && age >= limit)
                 });
         }
         if given_up {

@@ -46,6 +46,7 @@ mod timing;
 mod token;
 mod view;
 
+pub(super) use self::acyclic::MOST_BESIDE;
 use crate::map::Map;
 use core::time::Duration;
 use std::collections::BTreeSet;

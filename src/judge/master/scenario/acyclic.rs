@@ -4,6 +4,7 @@
 use core::time::Duration;
 
 use super::{Act, Check, Need, Scenario, Step, Which};
+use crate::judge::master::observer::MOST_BESIDE;
 use crate::judge::master::rows::Row;
 use crate::judge::master::setup::{Setup, Slave};
 use crate::profibus::dpv1::RequestPdu;
@@ -12,6 +13,8 @@ use crate::profibus::fdl::Address;
 /// Cycles and time in which a master that asks from time to time has asked.
 const CYCLES: u32 = 150;
 const TIME: Duration = Duration::from_millis(1500);
+/// In so many cycles it has asked, and the observer has found that it does not poll for that.
+const FOUND: u32 = CYCLES + MOST_BESIDE;
 /// So many times C1_Response_Timeout a job does not end.
 const STUCK: u32 = 4;
 /// An alarm is acknowledged in this time.
@@ -48,7 +51,7 @@ pub(in crate::judge::master) fn acyclic(setup: &Setup) -> Vec<Scenario> {
         told(
             "jobs of DP-V1 take a while",
             &[Row::V05, Row::V03, Row::V04, Row::V06],
-            vec![step(Act::SlowRecords, TIME), usual()],
+            vec![Step { cycles: FOUND, ..step(Act::SlowRecords, TIME) }, usual()],
         ),
         told("jobs of DP-V1 are refused", &[Row::V07], vec![step(Act::RefuseRecords, TIME), usual()]),
         lost("first"),
