@@ -245,7 +245,7 @@ impl Panel {
     }
 
     /// What tells those who read the stream of trouble in the program itself. Never waits.
-    #[cfg(feature = "cli")]
+    #[cfg(feature = "emulator")]
     pub(crate) fn warner(&self) -> impl Fn(Instant, String) + Send + use<> {
         let feed = self.feed.clone();
         move |now, text| feed.warn(now, text)

@@ -138,7 +138,7 @@ impl Told {
             ) => Some(address.number()),
             Self::Node(address, _) | Self::State(address, _) | Self::Tuned(address, _) => *address,
             Self::Line(..) | Self::Hint(_) | Self::Lost(_) => None,
-            #[cfg(feature = "cli")]
+            #[cfg(feature = "emulator")]
             Self::Trouble(_) => None,
         }
     }
@@ -149,7 +149,7 @@ impl Told {
             Self::Node(_, event) => (event.kind(), event.is_detail()),
             Self::Hint(_) => (EventKind::Hint, false),
             Self::State(..) | Self::Tuned(..) | Self::Lost(_) => (EventKind::Line, false),
-            #[cfg(feature = "cli")]
+            #[cfg(feature = "emulator")]
             Self::Trouble(_) => (EventKind::Fault, false),
         }
     }
@@ -162,7 +162,7 @@ impl Told {
             Self::State(_, state) => state.to_string(),
             Self::Tuned(_, tuned) => tuned.to_string(),
             Self::Hint(hint) => hint.to_string(),
-            #[cfg(feature = "cli")]
+            #[cfg(feature = "emulator")]
             Self::Trouble(text) => text.clone(),
             Self::Lost(events) => format!("{events} events were too many for the log and are lost"),
         }
@@ -193,7 +193,7 @@ impl Told {
             | Self::Tuned(..)
             | Self::Hint(_)
             | Self::Lost(_) => self.text(),
-            #[cfg(feature = "cli")]
+            #[cfg(feature = "emulator")]
             Self::Trouble(_) => self.text(),
         };
         let refusal = LastRefusal { time_seconds: seconds(at), text, reasons: self.reasons(), of_slave };

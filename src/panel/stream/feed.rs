@@ -56,7 +56,7 @@ pub(super) enum Told {
     /// So many events of a bus of CAN were too many.
     Lost(u64),
     /// In the program itself, to its line.
-    #[cfg(feature = "cli")]
+    #[cfg(feature = "emulator")]
     Trouble(String),
 }
 
@@ -113,7 +113,7 @@ impl Feed {
         self.news(now, Told::Hint(hint));
     }
 
-    #[cfg(feature = "cli")]
+    #[cfg(feature = "emulator")]
     pub(in crate::panel) fn warn(&self, now: Instant, text: String) {
         self.news(now, Told::Trouble(text));
     }
