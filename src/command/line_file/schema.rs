@@ -320,7 +320,8 @@ fn the_schema_finds_what_needs_no_other_file_and_no_second_place() {
     let mut missed = Vec::new();
     for (text, _, words) in super::tests::wrong_files() {
         let Ok(value) = toml::from_str::<Value>(&text) else { continue };
-        let (found, beyond) = (wrong(&schema, &schema, &value), BEYOND.contains(&words));
+        let beyond = BEYOND.iter().any(|beyond| words.ends_with(beyond));
+        let found = wrong(&schema, &schema, &value);
         if found.is_some() == beyond {
             missed.push((words, found));
         }
