@@ -14,7 +14,7 @@
 //! | `node` | [`CanopenDevice`]: what a host asks of any device on CANopen |
 //! | `plain_node` | [`PlainNode`]: any device on CANopen that has no clock of its own |
 //! | `plain_station` | [`PlainStation`]: any device on PROFIBUS that makes inputs of outputs |
-//! | [`vocabulary`] | what a device on CANopen calls what it says |
+//! | `vocabulary` | what a device on CANopen calls what it says |
 //! | `drive_state` | the states of CiA 402 in the words that all devices share |
 //! | `station_event` | [`StationEvent`]: news of any station on PROFIBUS |
 //! | `named_word` | words of bits by the names of their bits and states |

@@ -269,7 +269,7 @@ impl Bus {
         self.framer = Framer::new(self.stations.timing.resync(baud));
     }
 
-    /// Searches for the rate of the line from `now` on, among those that one of its stations knows, and again whenever it is lost (see [`crate::profibus::fdl::baud_search`]).
+    /// Searches for the rate of the line from `now` on, among those that one of its stations knows, and again whenever it is lost (see `crate::profibus::fdl::baud_search`).
     ///
     /// The link must be set to the rate of each [`BusEvent::Rate`] with [`RateChange::Try`], of which the first comes
     /// at once; [`run`](super::run()) does that. While the rate is unknown no station hears or sends anything.

@@ -318,7 +318,7 @@ impl<L: Link, C: Clock> Session<L, C> {
     /// end looks at [`Session::stop`] between exchanges.
     ///
     /// # Errors
-    /// Each [loss](SessionError::is_loss); [`SessionError::NotStarted`] before [`Session::start`].
+    /// Each loss; [`SessionError::NotStarted`] before [`Session::start`].
     pub fn exchange_with(
         &mut self,
         address: Address,

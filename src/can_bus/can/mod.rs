@@ -2,10 +2,10 @@
 //!
 //! | file | holds |
 //! | --- | --- |
-//! | [`frame`] | identifiers, frames, who wins the bus |
-//! | [`rate`] | bit rates |
+//! | `frame` | identifiers, frames, who wins the bus |
+//! | `rate` | bit rates |
 //! | [`timing`] | how many bits a frame is, stuff bits and CRC included |
-//! | [`confinement`] | error counters, error passive, bus off |
+//! | `confinement` | error counters, error passive, bus off |
 //! | [`slcan`] | the ASCII text between a master and its adapter |
 //!
 //! Nothing here knows what an identifier means: that is CANopen's. A bus on which stations meet is in

@@ -10,23 +10,23 @@
 //!
 //! | file | holds |
 //! | --- | --- |
-//! | [`address`] | node numbers, index and sub-index |
+//! | `address` | node numbers, index and sub-index |
 //! | [`value`] | types and values with their octets |
 //! | [`dictionary`] | the object dictionary as `const` tables |
 //! | [`check`] | whether the tables agree with themselves |
 //! | [`eds`] | the data sheet of CiA 306 from the tables |
-//! | [`application`] | the trait a device implements |
+//! | `application` | the trait a device implements |
 //! | [`policy`] | where devices and readings of the standard differ |
 //! | [`node`] | the node: a file for each of its services |
 //! | [`faults`] | faults on purpose |
-//! | [`event`] | what it tells its user |
+//! | `event` | what it tells its user |
 //! | [`nmt`] | states and commands |
 //! | [`sdo`] | service data |
-//! | [`pdo`] | process data |
+//! | `pdo` | process data |
 //! | [`emcy`] | emergencies |
 //! | [`cob_id`] | identifiers and the objects that hold them |
 //! | [`parameter`] | communication objects that the node keeps |
-//! | [`abort`] | abort codes |
+//! | `abort` | abort codes |
 //! | [`refusal`] | a refused request with its value and the rule it broke |
 
 pub(crate) mod abort;

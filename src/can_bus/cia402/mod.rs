@@ -9,10 +9,10 @@
 //!
 //! | file | holds |
 //! | --- | --- |
-//! | [`words`] | each bit of controlword and statusword, once: its number, and its name by mode |
-//! | [`state`] | states, commands, the table of transitions |
-//! | [`option`] | what 605Ah to 605Eh choose |
-//! | [`mode`] | modes of operation, 6060h |
+//! | `words` | each bit of controlword and statusword, once: its number, and its name by mode |
+//! | `state` | states, commands, the table of transitions |
+//! | `option` | what 605Ah to 605Eh choose |
+//! | `mode` | modes of operation, 6060h |
 //! | `axis` | objects of further axes |
 
 pub(crate) mod axis;

@@ -99,7 +99,7 @@ impl Default for Quirks {
 
 /// The position indicator without a bus. Never panics.
 ///
-/// After every call that changes something drain [`poll_event`](Self::poll_event).
+/// After every call that changes something drain `poll_event`.
 #[derive(Clone, Debug)]
 pub struct Indicator {
     pub(super) quirks: Quirks,

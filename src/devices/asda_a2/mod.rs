@@ -11,8 +11,8 @@
 //!
 //! | file | holds |
 //! | --- | --- |
-//! | [`alarm`] | alarms: numbers, error codes, texts |
-//! | [`settings`] | every value that can be set, with its names on CANopen |
+//! | `alarm` | alarms: numbers, error codes, texts |
+//! | `settings` | every value that can be set, with its names on CANopen |
 //! | `on_canopen` | how a setting looks there |
 //! | `stored` | parameters without effect |
 //! | `interpolation` | positions from SYNC to SYNC |

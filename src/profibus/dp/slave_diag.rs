@@ -50,7 +50,7 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
-    /// The diagnosis in the octets of an answer, for masters; `None` with fewer than [`LEN`]. The bits that only masters
+    /// The diagnosis in the octets of an answer, for masters; `None` with fewer than `LEN`. The bits that only masters
     /// set are not looked at.
     pub fn parse(octets: &[u8]) -> Option<Self> {
         let [_, _, _, master, ident @ ..] = *octets.first_chunk::<LEN>()?;

@@ -104,7 +104,7 @@ impl SubindexOctet {
 /// * One job at a time: what the master sends while a job is waiting for its latency or for the EEPROM is not
 ///   looked at before the reply to that job has been the answer of one cycle.
 /// * A write whose value must be safe before it is acknowledged ([`Written::waits`]) is held: it has been executed, but
-///   the previous reply stands until [`stored`](Self::stored) or [`store_failed`](Self::store_failed).
+///   the previous reply stands until [`stored`](Self::stored) or `store_failed`.
 #[derive(Clone, Debug)]
 pub struct Engine {
     config: Config,

@@ -44,7 +44,7 @@ pub struct Written {
     /// The value that the reply shows: for a parameter the one written.
     pub shown: Value,
     /// The value must be safe before it is acknowledged: the reply waits for [`Engine::stored`](super::Engine::stored) or
-    /// [`Engine::store_failed`](super::Engine::store_failed).
+    /// `Engine::store_failed`.
     pub waits: bool,
 }
 

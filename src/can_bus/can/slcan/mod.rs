@@ -8,9 +8,9 @@
 //!
 //! | file | holds |
 //! | --- | --- |
-//! | [`adapter`] | the adapter's side as a machine: octets in, answers and frames out |
-//! | [`command`] | the lines of a master |
-//! | [`text`] | a frame as a line, both ways |
+//! | `adapter` | the adapter's side as a machine: octets in, answers and frames out |
+//! | `command` | the lines of a master |
+//! | `text` | a frame as a line, both ways |
 //!
 //! Every line ends with CR (0Dh). The adapter refuses with BEL (07h). LF is ignored and never sent. Hexadecimal digits
 //! are read in either case and written in upper case (`canopen-link.md` 11).

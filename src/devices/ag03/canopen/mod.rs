@@ -189,7 +189,7 @@ impl Ag03Node {
         }
     }
 
-    /// Changes what acts on the drive from outside: see [`Unit::set_inputs`]. Counts as a `handle_*` call.
+    /// Changes what acts on the drive from outside: see `Unit::set_inputs`. Counts as a `handle_*` call.
     pub fn set_inputs(&mut self, now: Instant, inputs: Inputs) {
         self.supply(now, |unit| unit.set_inputs(inputs));
     }

@@ -20,7 +20,7 @@
 //! | `words` | those words from and to what the drive knows |
 //! | `flow_charts` | the control words that the manual prints |
 //! | `event` | [`Event`]: what has happened in the drive, with the bits of PROFIBUS |
-//! | [`hint`] | [`Hint`]: what is odd, said once |
+//! | `hint` | [`Hint`]: what is odd, said once |
 //! | `job` | `JobText`: why a PKW job was not executed, and what to send instead |
 //! | `named_words` | control and status word in names |
 //! | `parameters` | the parameters of the unit as the parameter channel reaches them |
@@ -294,7 +294,7 @@ impl Device {
         self.supply(now, Unit::power_on);
     }
 
-    /// Changes what acts on the drive from outside: see [`Unit::set_inputs`]. Counts as a `handle_*` call.
+    /// Changes what acts on the drive from outside: see `Unit::set_inputs`. Counts as a `handle_*` call.
     pub fn set_inputs(&mut self, now: Instant, inputs: Inputs) {
         self.supply(now, |unit| unit.set_inputs(inputs));
     }

@@ -8,7 +8,7 @@ use crate::image::storage::{Newest, Stage};
 pub use crate::image::storage::Outcome;
 pub use crate::image::{Eeprom, Generation, NotStored};
 
-/// An image the host shall keep, for [`Unit::restore`].
+/// An image the host shall keep, for `Unit::restore`.
 pub type StoreRequest = crate::image::StoreRequest<ImageOctets>;
 
 /// How safe what the EEPROM holds is.
