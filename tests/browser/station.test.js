@@ -37,7 +37,7 @@ test("outputs are seen, inputs are forced, and a diagnosis is raised in the text
     await master.until(7, "the forced bit", ({ inputs }) => inputs[0] === 0b1000);
     await card(page, 1).locator("[data-forced=true]").waitFor();
     await side(page, 3, "Inputs").getByLabel("as").selectOption("signed16");
-    await side(page, 3, "Inputs").getByLabel("Value").fill("-2");
+    await side(page, 3, "Inputs").getByLabel("Value", { exact: true }).fill("-2");
     await side(page, 3, "Inputs").getByRole("button", { name: "Force" }).click();
     await master.until(7, "the forced word", ({ inputs }) => inputs[1] === 0xff && inputs[2] === 0xfe);
 
@@ -81,7 +81,7 @@ test("a refused configuration is told with module, octet, expected and got", asy
 test("what cannot be forced is said, and an address without a station too", async () => {
   await onStage(stage({ master: false, refusals: true }), async ({ page }) => {
     const first = side(page, 1, "Inputs");
-    await first.getByLabel("Value").fill("300");
+    await first.getByLabel("Value", { exact: true }).fill("300");
     await first.getByRole("button", { name: "Force" }).click();
     await text(page, "#station-problem", "300 does not fit, expected 0 to 255");
     await page.goto(page.url().replace("#station/7", "#station/9"));
